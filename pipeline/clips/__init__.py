@@ -1,1 +1,1 @@
-"""Types of clips, without a reader, and which part of a clip is usable."""
+"""Types of clips, and selection of the usable part of a clip."""

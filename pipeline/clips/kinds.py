@@ -1,7 +1,7 @@
-"""The types of clips that figures are made of: values, whoever read or generated them.
+"""Types of clips that figures are computed from, recorded or synthetic.
 
-Walks (zhang2004, zhang2007), performances of one action (mozerov2006), varied motion (park2011).  A data set names a
-corpus for each kind.  Every clip has a row in the report, kept or refused, with the reason.
+The kinds are walks (zhang2004, zhang2007), performances of an action (mozerov2006) and varied motion (park2011).  A
+data set has a corpus for each kind.  Every clip has a row in the report, kept or rejected, with the reason.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ class Clips:
     positions : (sum of T, 15, 3)
         Millimetres.
     first : (W + 1,) int
-        First frame of each clip, and the number of all frames.
+        First frame of each clip, and the total number of frames.
     frame_rate_hz, leg_length_mm : (W,)
     person, clip, source : (W,) text
     report : list of dict
-        One row per clip, kept or refused, with the reason.
+        A row per clip, kept or rejected, with the reason.
     report_columns : list of str
         Columns of the report in order.
     inputs : dict
@@ -48,23 +48,23 @@ class Clips:
         return len(self.first) - 1
 
     def motion(self, number: int) -> np.ndarray:
-        """Return the positions of one clip, (T, 15, 3) mm."""
+        """Return the positions of a clip, (T, 15, 3) mm."""
         return self.positions[self.first[number] : self.first[number + 1]]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Walks(Clips):
-    """Steady walks, as their treadmill equivalents.
+    """Steady walks as treadmill equivalents.
 
     Attributes
     ----------
     frequency_hz, residual_share, stature_mm : (W,)
-        Fundamental frequency; share of the variance that two harmonics leave; height of the head over the lower
-        ankle.
+        Fundamental frequency; share of the variance not explained by two harmonics; height of the head above the
+        lower ankle.
     estimated : (W, 15) bool
-        Joints that the markers do not give, estimated from the others.
+        Joints without markers, estimated from the other joints.
     dropped : (15,) bool
-        Joints that are left out everywhere.
+        Joints that are left out for all walkers.
     """
 
     frequency_hz: np.ndarray
@@ -76,14 +76,14 @@ class Walks(Clips):
 
 @dataclass(frozen=True, kw_only=True)
 class Performances(Clips):
-    """Performances of one action.
+    """Performances of an action.
 
     Attributes
     ----------
     phase : (sum of T,), optional
-        True phase of the action at each frame, 0 to 1, where it is known.
+        True phase of the action at each frame, 0 to 1, if it is known.
     moving_phase : (2,), optional
-        Phases between which the actor moves.
+        First and last phase of the movement.
     """
 
     phase: np.ndarray | None = None
@@ -104,12 +104,12 @@ class VariedClips(Clips):
 
 @dataclass(frozen=True)
 class Corpus:
-    """One kind of clips.
+    """Kind of clips.
 
     Attributes
     ----------
     name : str
-        ``"walks"``, ``"performances"`` or ``"clips"``: the option of a data set that chooses them.
+        ``"walks"``, ``"performances"`` or ``"clips"``: the option of a data set for this kind.
     words : str
         Plural noun for messages.
     sample : str
@@ -137,7 +137,7 @@ WALKS = Corpus(
     "View angle 0 is the frontal view, -90 the left profile, +90 the right profile; image right is the walker's "
     "right at 0, so a video taken from the front has to be mirrored.",
 )
-"""Walks (zhang2004, zhang2007)."""
+"""Corpus of walks (zhang2004, zhang2007)."""
 
 PERFORMANCES = Corpus(
     "performances",
@@ -146,7 +146,7 @@ PERFORMANCES = Corpus(
     result=Performances,
     world="World: right-handed, metres, z up; actors stand over the origin, facing +y at the first frame.",
 )
-"""Performances of one action (mozerov2006)."""
+"""Corpus of performances of an action (mozerov2006)."""
 
 VARIED = Corpus(
     "clips",
@@ -155,30 +155,30 @@ VARIED = Corpus(
     result=VariedClips,
     world="World: right-handed, metres, z up, as recorded.",
 )
-"""Clips of varied motion (park2011)."""
+"""Corpus of clips of varied motion (park2011)."""
 
 
-Keep: TypeAlias = Callable[[np.ndarray, float, float], Any]
-"""What is kept of a walk whose positions are let go, from these (T, 15, 3) mm, frame rate and frequency, Hz."""
+Reducer: TypeAlias = Callable[[np.ndarray, float, float], Any]
+"""Function of the positions (T, 15, 3), mm, frame rate and frequency, Hz, of a walk; only its result is stored."""
 
 
 @dataclass(frozen=True)
 class Request:
-    """A request to the ingest stage.
+    """Request to the ingest stage.
 
     Attributes
     ----------
     options : dict
-        Everything that the result depends on.
+        Values that the result depends on.
     make : callable
-        Returns the clips.
+        Function that returns the clips.
     source : str
-        Module that makes them.
-    letting_go : callable, optional
-        Returns the walks without positions, and what a function keeps of each.
+        Name of the module of `make`.
+    streaming : callable, optional
+        Function that returns the walks without positions, and the result of a reducer for each walk.
     """
 
     options: dict[str, Any]
     make: Callable[[], Clips]
     source: str
-    letting_go: Callable[[Keep], tuple[Walks, list[Any]]] | None = None
+    streaming: Callable[[Reducer], tuple[Walks, list[Any]]] | None = None

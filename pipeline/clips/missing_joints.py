@@ -1,11 +1,11 @@
-"""Joints that the markers do not give, estimated from those they do by the conditional mean of the walkers' model.
+"""Estimation of missing joints by the conditional mean of a model of walkers.
 
 A walk is a Fourier representation, and walkers are normally distributed about the average walker along eigenwalkers.
-Given the coefficients of the joints that were seen, the expected ones of all others follow as in zhang2007 3.14, with
-the seen joints in place of the seen dimensions.  The model is that of the synthetic population, brought to the leg
-length of the walker: on 33 recorded people a hidden head is 66 mm off, an arm 58 (`make bench ARGS=held_out_joints`).
-Other walkers of the data set would do better, but then a walker that is held out would have shaped those it is
-reconstructed from.
+The expected coefficients of the missing joints follow from those of the measured joints as in zhang2007 3.14, with
+measured joints in place of measured dimensions.  The model is that of the synthetic population, scaled to the leg
+length of the walker.  On 33 recorded people, the error of a hidden head is 66 mm, of an arm 58 mm
+(`make bench ARGS=held_out_joints`).  Other walkers of the data set would give smaller errors, but then a held-out
+walker would influence the training data of its own reconstruction.
 """
 
 from __future__ import annotations
@@ -21,11 +21,12 @@ from pipeline.skeleton import PELVIS
 from pipeline.synthetic import walkers
 
 LEG_MM = 850.0
-"""Length of leg to which all walkers are brought."""
+"""Leg length to which all walkers are scaled."""
 
 COMPONENTS = 30
+"""Number of eigenwalkers of the model."""
 NOISE_VARIANCE_MM2 = 300.0
-"""What recorded walkers differ from the synthetic ones by; best of 70, 300, 1000 and 3000 on recorded people."""
+"""Variance of recorded about synthetic walkers; the best of 70, 300, 1000 and 3000 on recorded people."""
 
 _POPULATION_HZ, _POPULATION_S = 40.0, 3.0
 
@@ -33,14 +34,14 @@ _POPULATION_HZ, _POPULATION_S = 40.0, 3.0
 def complete(
     positions: np.ndarray, missing: np.ndarray, frame_rate_hz: float
 ) -> tuple[np.ndarray, fourier.FourierRepresentation]:
-    """Fill in the joints of a walk that were never seen.
+    """Fill in the missing joints of a walk.
 
     Parameters
     ----------
     positions : (T, 15, 3)
-        Treadmill equivalent, mm; whatever missing joints hold is not read.
+        Treadmill equivalent, mm; values of missing joints are ignored.
     missing : (15,) bool
-        Legs and pelvis must be seen.
+        Joints that were never measured; legs and pelvis must not be among them.
     frame_rate_hz : float
 
     Returns
@@ -48,9 +49,9 @@ def complete(
     positions : (T, 15, 3)
         Millimetres.
     series : FourierRepresentation
-        Of the joints that were seen; those that were not are constant in it.
+        Fourier representation of the measured joints; missing joints are constant in it.
     """
-    # A constant joint has no variance and no residual: frequency and shares are those of the joints seen.
+    # A constant joint has no variance and no residual: frequency and shares depend only on the measured joints.
     without_missing = np.where(missing[None, :, None], 0.0, positions)
     series = fourier.represent(without_missing, frame_rate_hz)
     if not missing.any():
@@ -66,14 +67,14 @@ def complete(
 
 
 def conditional_mean(model: LinearModel, coefficients: np.ndarray, missing: np.ndarray) -> np.ndarray:
-    """Return the expected Fourier representation (5, 15, 3) of a walker of whom some joints were seen.
+    """Return the expected Fourier representation (5, 15, 3) of a walker with missing joints.
 
     Parameters
     ----------
     model : LinearModel
-        Of walkers about their mean pelvis with legs of `LEG_MM`.
+        Model of walkers about their mean pelvis, with leg length `LEG_MM`.
     coefficients : (5, 15, 3)
-        About the mean pelvis, mm; those of missing joints are not read.
+        Coefficients about the mean pelvis, mm; those of missing joints are ignored.
     missing : (15,) bool
     """
     scale = LEG_MM / walking.leg_length(coefficients[:1])
@@ -87,7 +88,7 @@ def conditional_mean(model: LinearModel, coefficients: np.ndarray, missing: np.n
 
 @functools.cache
 def population() -> LinearModel:
-    """Eigenwalkers of the synthetic population, all with legs of `LEG_MM`."""
+    """Eigenwalkers of the synthetic population, scaled to leg length `LEG_MM`."""
     people = walkers.walking_population(
         np.random.default_rng(2007),
         duration_s=_POPULATION_S,
@@ -105,6 +106,6 @@ def _centred(positions: np.ndarray) -> np.ndarray:
 
 
 def model_of(people: list[np.ndarray]) -> LinearModel:
-    """Return the model of walkers (5, 15, 3) about their mean pelvis, all brought to legs of `LEG_MM`."""
+    """Fit the model of walkers (5, 15, 3) about their mean pelvis, scaled to leg length `LEG_MM`."""
     scaled = np.stack([LEG_MM / walking.leg_length(person[:1]) * person for person in people])
     return linear_model.fit(linear_model.flatten(scaled), COMPONENTS)

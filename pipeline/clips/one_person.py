@@ -1,7 +1,7 @@
-"""Recordings under two names that may show one person, which leaves open how many people there are.
+"""Detection of recordings under two names that may be of the same person.
 
-Verdicts rest on people, and a person under two names counts twice.  Copies that are equal point by point are refused
-where recordings are read; here are those that were cut, shifted, resampled, mirrored, resized or made noisy.
+Statistics count people, and a person with two names would count twice.  Exact copies are rejected when recordings are
+read.  This module finds copies that were cut, shifted, resampled, mirrored, resized or made noisy.
 """
 
 from __future__ import annotations
@@ -13,33 +13,35 @@ import numpy as np
 from pipeline.core.likeness import Likeness, limb_differences, posture_difference_mm
 
 REMARK = "may be the person of"
-"""Begins the remark on a recording that may show a person of another name."""
+"""Beginning of the remark on a recording that may be of a person with another name."""
 
-EQUAL_LIMBS = 0.1
-"""Per cent: limbs that differ by less are one person's, or one skeleton's that several people were put on."""
+EQUAL_LIMB_TOLERANCE = 0.1
+"""Per cent; limbs that differ by less are of the same person, or of the same skeleton for several people."""
 
-LIKE_LIMBS, LIKE_POSTURES_MM = 2.0, 18.0
-"""Per cent and mm: a recording that is as near as this in both may be a copy."""
+MAX_LIMB_DIFFERENCE, MAX_POSTURE_DIFFERENCE_MM = 2.0, 18.0
+"""Largest differences of limbs (per cent) and of postures (mm) for a possible copy."""
 
 
-def remarks(people: Sequence[str], clips: Sequence[str], shown: Sequence[Likeness]) -> list[str]:
-    """Return a remark on each recording that may show a person of another name, and nothing on the others."""
-    if not shown:
+def remarks(people: Sequence[str], clips: Sequence[str], likenesses: Sequence[Likeness]) -> list[str]:
+    """Return a remark on each recording that may be of a person with another name; empty for the others."""
+    if not likenesses:
         return []
-    limbs, names = np.stack([clip_likeness.limbs_mm for clip_likeness in shown]), np.array(list(people))
-    return [_remark(number, names, clips, shown, limbs) for number in range(len(shown))]
+    limbs, names = np.stack([clip_likeness.limbs_mm for clip_likeness in likenesses]), np.array(list(people))
+    return [_remark(number, names, clips, likenesses, limbs) for number in range(len(likenesses))]
 
 
 def _remark(
-    number: int, names: np.ndarray, clips: Sequence[str], shown: Sequence[Likeness], limbs: np.ndarray
+    number: int, names: np.ndarray, clips: Sequence[str], likenesses: Sequence[Likeness], limbs: np.ndarray
 ) -> str:
-    off = np.where(names == names[number], np.nan, limb_differences(limbs[number], limbs))
-    near = [other for other in np.argsort(off, kind="stable") if off[other] < LIKE_LIMBS]
+    difference = np.where(names == names[number], np.nan, limb_differences(limbs[number], limbs))
+    near = [
+        other for other in np.argsort(difference, kind="stable") if difference[other] < MAX_LIMB_DIFFERENCE
+    ]
     for other in near:
-        remark = f"{REMARK} {names[other]} in {clips[other]}: limbs differ by {off[other]:.2f} %"
-        if off[other] < EQUAL_LIMBS:
+        remark = f"{REMARK} {names[other]} in {clips[other]}: limbs differ by {difference[other]:.2f} %"
+        if difference[other] < EQUAL_LIMB_TOLERANCE:
             return remark
-        apart_mm = posture_difference_mm(shown[number].postures_mm, shown[other].postures_mm)
-        if apart_mm < LIKE_POSTURES_MM:
-            return f"{remark}, postures by {apart_mm:.0f} mm"
+        posture_mm = posture_difference_mm(likenesses[number].postures_mm, likenesses[other].postures_mm)
+        if posture_mm < MAX_POSTURE_DIFFERENCE_MM:
+            return f"{remark}, postures by {posture_mm:.0f} mm"
     return ""

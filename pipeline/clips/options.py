@@ -1,4 +1,4 @@
-"""Options of clips: steady walking, synthetic people, and what every data set can be asked for."""
+"""Options of clips: steady walking, synthetic people, and the interface of data sets."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from pipeline.validation import (
 )
 
 Number = Annotated[int, bounded(at_least=1, at_most=10_000)]
-"""Of people or clips that are made."""
+"""Type of the number of synthetic people or clips."""
 Seconds = Annotated[float, bounded(above=0, at_most=3600)]
 FrameRate = Annotated[float, bounded(above=0, at_most=2000)]
-"""Hz."""
+"""Type of a frame rate, Hz."""
 
 
 class Locomotion(StrEnum):
-    """Where people walked."""
+    """Kind of locomotion."""
 
     auto = "auto"
     overground = "overground"
@@ -41,32 +41,32 @@ class HorizontalPath(StrEnum):
 
 
 class Missing(StrEnum):
-    """What becomes of joints that the markers do not give."""
+    """Treatment of joints without markers."""
 
     estimate = "estimate"
-    """They are estimated from the others, flagged, and left out of errors."""
+    """Missing joints are estimated from the others, flagged, and excluded from errors."""
     drop = "drop"
-    """They are left out everywhere, for all walkers."""
+    """Joints missing in any walk are left out for all walkers."""
 
 
 class Skeleton(Options):
-    """How the points of the user's files become joints."""
+    """Options of the mapping from points of the user's files to joints."""
 
-    mapping: str = "walker15"  # one that ships, auto, or a file.yaml
+    mapping: str = "walker15"  # a shipped mapping, auto, or a file.yaml
     missing: Missing = Missing.estimate
 
 
 class Heading(StrEnum):
-    """Which direction of a walk becomes +y."""
+    """Direction of a walk that becomes +y."""
 
     steps = "steps"
-    """That of the steps: the main horizontal axis of the left minus the right ankle."""
+    """Direction of the steps: the main horizontal axis of the left minus the right ankle."""
     path = "path"
-    """That of the path; on a treadmill, where the hips face."""
+    """Direction of the path; on a treadmill, the direction that the hips face."""
 
 
 class SyntheticPerformances(Options):
-    """Bending to the floor, each performance with its own, known rate [mozerov2006 section 4]."""
+    """Options of bending to the floor, with a known rate for each performance [mozerov2006 section 4]."""
 
     performances: Number = 40  # number of performances
     subjects: Number = 20  # number of people
@@ -74,88 +74,90 @@ class SyntheticPerformances(Options):
     frame_rate_hz: FrameRate = 30.0  # of the recordings
     rate_spread: NonNegative = 0.3  # standard deviation of the logarithm of the rate
     marker_noise_mm: NonNegative = 0.5  # standard deviation of each coordinate
-    limit: CountOrAll = 0  # at most so many performances; 0: all
+    limit: CountOrAll = 0  # largest number of performances; 0: all
 
 
 class SyntheticClips(Options):
-    """Walking, bending and bodies of smooth angles in turn: motion with a known answer (park2011)."""
+    """Options of synthetic clips: alternating walking, bending and smooth joint angles (park2011)."""
 
     clips: Number = 24  # number of clips; half of them are in figure 3c
     seconds: Seconds = 6.8  # length of each, s
     frame_rate_hz: FrameRate = 30.0  # of the recordings
-    bandwidth: Count = 10  # cosines of the angles of the smooth bodies, over the whole clip
-    limit: CountOrAll = 0  # at most so many clips; 0: all
+    bandwidth: Count = 10  # number of cosines of the smooth joint angles, over the whole clip
+    limit: CountOrAll = 0  # largest number of clips; 0: all
 
 
 class Steady(Options):
-    """Criteria of steady walking, and of a usable Fourier series of it."""
+    """Criteria of steady walking, and of a usable Fourier series."""
 
     locomotion: Locomotion = Locomotion.auto
     path: HorizontalPath = HorizontalPath.cubic
     heading: Heading = Heading.steps
     speed_band: Positive = 0.35  # relative to the median speed; narrower bands are tried first
     turn_deg_s: Positive = 45.0  # a walk that turns faster is not steady
-    cycles: NonNegative = 1.0  # least length, gait cycles
+    cycles: NonNegative = 1.0  # smallest length, gait cycles
     gap_s: NonNegative = 0.1  # longer gaps end a stretch, shorter ones are bridged
-    fundamental_share: Share = 0.6  # least share of the variance in the fundamental
+    fundamental_share: Share = 0.6  # smallest share of the variance in the fundamental
     residual_share: Share = 0.15  # largest share of the variance beyond two harmonics
     frequency_ratio: Annotated[float, bounded(at_least=1)] = (
-        1.6  # to the population's median, at equal Froude number
+        1.6  # largest ratio to the population's median, at equal Froude number
     )
 
 
 class Data(Options, ABC):
-    """Where clips come from."""
+    """Options and interface of a data set."""
 
     knows_true_course: ClassVar[bool] = False
-    """Whether the true phase of the performances is known."""
+    """True if the true phase of the performances is known."""
     credit: ClassVar[str] = ""
-    """Source and terms, which captions state where the data require it."""
+    """Source and licence, repeated in captions if the data require it."""
     in_light_archives: ClassVar[bool] = True
-    """Whether light archives hold figures of the data: not if its terms do not allow it."""
+    """True if the licence allows figures of the data in light archives."""
 
-    name: str  # of the data set and of its folder of results
-    walkers: CountOrAll = 0  # at most so many people; 0: all
+    name: str  # name of the data set and of its results folder
+    walkers: CountOrAll = 0  # largest number of people; 0: all
 
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
         require_bounds("data", self)
 
     def require(self, corpus: Corpus) -> None:
-        """Raise InvalidInput, with ``data`` as its `where`, if this data set holds no clips of this kind."""
+        """Raise InvalidInput, with ``data`` as its `where`, if this data set has no clips of this kind."""
 
     @abstractmethod
     def request(self, corpus: Corpus, skeleton: Skeleton, seed: int, workers: int) -> Request:
-        """Return the request for the clips of one kind.
+        """Return the request for the clips of a kind.
 
         Parameters
         ----------
         corpus : Corpus
         skeleton : Skeleton
-            How points become joints, for files that have no mapping of their own.
+            Mapping from points to joints, for files without a listed mapping.
         seed, workers : int
 
         Raises
         ------
         InvalidInput
-            If there are none, or their recordings are not on this machine.
+            If there are no such clips, or the recordings are not available.
         """
 
 
 class SyntheticPeople(Data):
-    """Synthetic people: how many, for how long."""
+    """Options of synthetic people: number, duration and noise."""
 
     knows_true_course: ClassVar[bool] = True
 
     population: Number = 80  # number of people
-    populations: Annotated[int, bounded(at_least=0, at_most=1000)] = 0  # further ones, for intervals; 0: none
-    male_share: Share = 0.4  # the papers' 32 men of 80
-    duration_s: Seconds = 8.0  # of each walk
+    populations: Annotated[int, bounded(at_least=0, at_most=1000)] = (
+        0  # number of further populations, for intervals; 0: none
+    )
+    male_share: Share = 0.4  # share of men; the papers have 32 men of 80
+    duration_s: Seconds = 8.0  # duration of each walk
     frame_rate_hz: FrameRate = 120.0  # of the recordings
     marker_noise_mm: NonNegative = 0.5  # standard deviation of each coordinate
-    heading: Heading = Heading.steps  # of walks
+    heading: Heading = Heading.steps  # heading of walks
     offsets: Annotated[float, bounded(at_least=0, at_most=5)] = (
-        1.0  # factor on how far offsets of joint angles differ
+        1.0  # factor on the standard deviations of the offsets of joint angles
     )
     performances: SyntheticPerformances = SyntheticPerformances()
     clips: SyntheticClips = SyntheticClips()

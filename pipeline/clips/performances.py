@@ -1,4 +1,4 @@
-"""Performances of one action: whole clips, cycles of walks, and synthetic bending."""
+"""Performances of an action: complete clips, cycles of walks, and synthetic bending."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ REPORT_COLUMNS = (
     "leg_length_mm", "verdict", "reason",
 )  # fmt: skip
 
-LEAST_FRAMES = 8
-LEAST_S = 0.25
-"""Fewest frames and seconds of a performance: key-frames are chosen among those of 30 Hz."""
+MIN_FRAMES = 8
+MIN_DURATION_S = 0.25
+"""Smallest number of frames and smallest duration of a performance; key frames are chosen at 30 Hz."""
 
-LEAST_PERFORMANCES = 3
-"""Fewest performances from which an action model is learnt."""
+MIN_PERFORMANCES = 3
+"""Smallest number of performances for an action model."""
 
 
 def synthetic_performances(options: SyntheticPerformances, seed: int) -> Performances:
-    """Return synthetic bending with its true phase, which synchronization is to recover."""
+    """Return synthetic performances of bending with their true phase, the ground truth of synchronization."""
     count = min(options.limit or options.performances, options.performances)
     generated = bending_performances(
         derive_generator(seed, "ingest"),
@@ -56,32 +56,32 @@ def synthetic_performances(options: SyntheticPerformances, seed: int) -> Perform
             source="synthetic",
         )
         performances.append(whole_clip(RawClip(row, positions, options.frame_rate_hz)))
-    fields = collect(performances, REPORT_COLUMNS, at_least=LEAST_PERFORMANCES)
+    fields = collect(performances, REPORT_COLUMNS, at_least=MIN_PERFORMANCES)
     return Performances(
         **fields, phase=np.concatenate(generated.phase), moving_phase=np.array(generated.moving_phase)
     )
 
 
 def whole_clip(raw: RawClip, gap_s: float = 0.0) -> PreparedClip:
-    """Return a clip as one performance, from the first to the last frame that shows all joints."""
+    """Return a clip as a performance, from the first to the last frame with all joints."""
 
     def select(bridged: BridgedClip, row: dict[str, Any]) -> np.ndarray:
         frames = np.flatnonzero(bridged.whole)
         first, last = (int(frames[0]), int(frames[-1])) if frames.size else (0, -1)
-        least = max(LEAST_FRAMES, math.ceil(LEAST_S * raw.frame_rate_hz))
-        if last - first + 1 < least:
+        min_frames = max(MIN_FRAMES, math.ceil(MIN_DURATION_S * raw.frame_rate_hz))
+        if last - first + 1 < min_frames:
             raise InvalidInput(
-                "too short for a performance",
-                expected=f"{least} frames",
+                "the clip is too short for a performance",
+                expected=f"{min_frames} frames",
                 received=last - first + 1,
                 code="too_short",
-                needed=least,
+                needed=min_frames,
                 frames=last - first + 1,
             )
         if not bridged.whole[first : last + 1].all():
             missing = first + int(np.flatnonzero(~bridged.whole[first : last + 1])[0])
             raise InvalidInput(
-                "joints are missing for too long",
+                "the clip has a gap that is too long",
                 f"frame {missing}",
                 f"gaps up to {gap_s:g} s",
                 code="long_gap",
@@ -89,7 +89,7 @@ def whole_clip(raw: RawClip, gap_s: float = 0.0) -> PreparedClip:
             )
         usable = bridged.positions[first : last + 1]
         require_action(usable, raw.frame_rate_hz, first)
-        posture.postures(usable)  # refuses what leaves a posture undefined
+        posture.postures(usable)  # raises if a posture is undefined
         row |= {"first_frame": first, "last_frame": last, "seconds": (last - first) / raw.frame_rate_hz}
         return usable
 
@@ -97,7 +97,7 @@ def whole_clip(raw: RawClip, gap_s: float = 0.0) -> PreparedClip:
 
 
 def middle_cycle(raw: RawClip, steady: Steady) -> PreparedClip:
-    """Return the middle cycle of a steady walk, from phase zero to phase zero, as its treadmill equivalent."""
+    """Return the middle cycle of a steady walk, from phase zero to phase zero, as a treadmill equivalent."""
     walk = steady_walk(dataclasses.replace(raw, row=report_row(WALK_COLUMNS, **raw.row)), steady)
     if walk.positions is None:
         return PreparedClip({name: walk.row.get(name, value) for name, value in raw.row.items()})
@@ -105,7 +105,7 @@ def middle_cycle(raw: RawClip, steady: Steady) -> PreparedClip:
     series = fourier.represent(walk.positions, frame_rate_hz)
     period = frame_rate_hz / series.frequency_hz
     length = len(walk.positions) - 1
-    # Phase zero comes at frames zero + k period; the clip holds at least one whole cycle and a half.
+    # Phase zero occurs at the frames zero + k period.
     zero = -series.phase_rad / (2 * np.pi) * period % period
     starts = zero + period * np.arange(max(1, int((length - zero) // period)))
     start = float(starts[np.argmin(np.abs(starts + period / 2 - length / 2))])
@@ -117,10 +117,10 @@ def middle_cycle(raw: RawClip, steady: Steady) -> PreparedClip:
     if clip.positions is None:
         return clip
     offset = int(walk.row["first_frame"])
-    placed = {"first_frame": offset + round(start), "last_frame": offset + round(start + period)}
-    of_walk = {
+    range_in_file = {"first_frame": offset + round(start), "last_frame": offset + round(start + period)}
+    row_of_walk = {
         "frames": len(raw.positions),
         **{name: walk.row[name] for name in ("bridged_values", "reason")},
-        **placed,
+        **range_in_file,
     }
-    return dataclasses.replace(clip, row=clip.row | of_walk)
+    return dataclasses.replace(clip, row=clip.row | row_of_walk)

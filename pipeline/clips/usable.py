@@ -1,4 +1,4 @@
-"""Which part of a clip is usable, of whatever kind it is, and the report on those that are refused."""
+"""Selection of the usable part of a clip, and the report on kept and rejected clips."""
 
 from __future__ import annotations
 
@@ -15,26 +15,26 @@ from pipeline.skeleton.body import accepted
 from pipeline.skeleton.source_mapping import UpAxis
 from pipeline.validation import InvalidInput
 
-LEAST_MOTION_MM = 10.0
-"""About the pelvis, rms over time, of the joint that moves most: who stands still sways less."""
+MIN_MOTION_MM = 10.0
+"""Smallest rms motion about the pelvis of the joint that moves most; a person who stands still sways less."""
 
-FASTEST_M_S = 20.0
-"""Of a pelvis: sprinters reach 12."""
+MAX_SPEED_M_S = 20.0
+"""Largest speed of the pelvis; sprinters reach 12 m/s."""
 
 
 @dataclass(frozen=True)
 class RawClip:
-    """A clip before its usable part is selected.
+    """Clip before its usable part is selected.
 
     Attributes
     ----------
     row : dict
-        Its row of the report so far.
+        Incomplete row of the report.
     positions : (T, 15, 3)
         Millimetres.
     frame_rate_hz : float
     valid : (T, 15) bool or None
-        None: where the positions are finite.
+        Measured samples; None for all finite positions.
     notes : sequence of str
         Remarks of the reader of the file.
     up : UpAxis
@@ -51,37 +51,38 @@ class RawClip:
 
 @dataclass(frozen=True)
 class PreparedClip:
-    """A usable clip, or the report row of a refused one.
+    """Usable clip, or the report row of a rejected clip.
 
     Attributes
     ----------
     row : dict
-        Its row of the report.
+        Row of the report.
     positions : (T, 15, 3) or None
-        Millimetres; None if the clip is refused.
+        Millimetres; None if the clip is rejected.
     frame_rate_hz : float
     stature_mm : float
-    kept : object
-        Of a walk whose positions were let go: its stature, and what is kept in their place.
+        Stature, for a walk without positions.
+    reduced : object
+        Result of the `Reducer`, for a walk without positions.
     """
 
     row: dict[str, Any]
     positions: np.ndarray | None = None
     frame_rate_hz: float = 0.0
     stature_mm: float = 0.0
-    kept: Any = None
+    reduced: Any = None
 
 
-def report_row(columns: Sequence[str], **known: Any) -> dict[str, Any]:
-    """Return a row of the report: what is known of its columns, and nothing in all others.
+def report_row(columns: Sequence[str], **values: Any) -> dict[str, Any]:
+    """Return a row of the report with the given values, and empty strings in all other columns.
 
-    ``code`` and ``values`` are those of the refusal or remark, for other code: they are no columns of the table.
+    ``code`` and ``values`` of the error or remark are added for other code; they are not columns of the table.
     """
-    return {name: known.get(name, "") for name in columns} | {"code": "", "values": {}}
+    return {name: values.get(name, "") for name in columns} | {"code": "", "values": {}}
 
 
 def refused(row: dict[str, Any], refusal: InvalidInput, reason: str = "") -> PreparedClip:
-    """Return a refused clip: its row with the sentence or `reason`, the code and those values that a store keeps."""
+    """Return a rejected clip: its row with the message or `reason`, the code, and the values that can be stored."""
     values = {name: value for name, value in refusal.values.items() if _is_plain(value)}
     reason = reason or str(refusal)
     return PreparedClip(
@@ -96,12 +97,12 @@ def _is_plain(value: Any) -> bool:
 
 
 class NoUsableClips(InvalidInput):
-    """Too few clips can be used.
+    """Error for too few usable clips.
 
     Attributes
     ----------
     report : list of dict
-        One row per clip, with the reason why it is refused.
+        A row per clip, with the reason for its rejection.
     columns : list of str
         Columns of the report in order.
     """
@@ -124,11 +125,11 @@ def prepare(
     raw : RawClip
     gap_s : float
     select : callable
-        Given the bridged clip and the row, returns the positions to keep, (T', 15, 3) mm, and enters what it finds
-        into the row; raises InvalidInput to refuse the clip.
+        Function of the bridged clip and the row.  It returns the positions to keep, (T', 15, 3) mm, and adds its
+        results to the row.  It raises InvalidInput to reject the clip.
     may_lack_joints : bool
-        Whether joints above the legs may be missing throughout, as of walks: they stay NaN, and frames are whole
-        without them.
+        True if joints above the legs may be missing in all frames, as for walks.  They stay NaN, and frames count as
+        complete without them.
     """
     row = raw.row | {"frames": len(raw.positions), "verdict": "refused"}
     valid = np.isfinite(raw.positions).all(axis=-1) if raw.valid is None else raw.valid
@@ -138,11 +139,11 @@ def prepare(
         row["leg_length_mm"] = walking.leg_length(raw.positions)
         observed = np.asarray(valid.any(axis=0))
         if lacking := ", ".join(
-            joint for joint, is_seen in zip(WALKER15.joints, observed, strict=True) if not is_seen
+            joint for joint, is_observed in zip(WALKER15.joints, observed, strict=True) if not is_observed
         ):
             if not may_lack_joints:
                 raise InvalidInput(
-                    "joints are missing, which are estimated for walks only",
+                    "joints are missing: they are estimated only for walks",
                     received=lacking,
                     code="missing_joints",
                 )
@@ -161,21 +162,21 @@ def prepare(
 
 
 def require_action(positions: np.ndarray, frame_rate_hz: float, first_frame: int) -> None:
-    """Raise InvalidInput if nobody moves, or the pelvis faster than anybody can: in positions (T, 15, 3), mm."""
+    """Raise InvalidInput if the person in positions (T, 15, 3), mm, does not move, or the pelvis moves too fast."""
     moved = np.sqrt((positions - positions[:, [PELVIS]]).var(axis=0).sum(axis=-1)).max()
-    if moved < LEAST_MOTION_MM:
+    if moved < MIN_MOTION_MM:
         raise InvalidInput(
-            "nobody moves",
-            expected=f"a joint that moves {LEAST_MOTION_MM:g} mm",
+            "the person does not move",
+            expected=f"a joint that moves by {MIN_MOTION_MM:g} mm",
             received=f"{moved:.2g} mm",
             code="nobody_moves",
         )
     speed = np.linalg.norm(np.diff(positions[:, PELVIS], axis=0), axis=-1) * frame_rate_hz / 1000.0
-    if speed.max() > FASTEST_M_S:
+    if speed.max() > MAX_SPEED_M_S:
         raise InvalidInput(
-            "the pelvis jumps: lost in tracking, or another frame rate",
+            "the pelvis jumps: was it lost in tracking, or is the frame rate wrong?",
             f"frame {first_frame + int(speed.argmax())}",
-            f"up to {FASTEST_M_S:g} m/s",
+            f"up to {MAX_SPEED_M_S:g} m/s",
             f"{speed.max():.0f} m/s",
             code="pelvis_jumps",
         )
@@ -188,7 +189,7 @@ def collect(
     *,
     at_least: int = 1,
 ) -> dict[str, Any]:
-    """Return the fields of `Clips`.
+    """Collect prepared clips as the fields of `Clips`.
 
     Parameters
     ----------
@@ -198,12 +199,12 @@ def collect(
     inputs : mapping, optional
         sha256 of each recording that was read, by clip.
     at_least : int
-        Fewer usable clips are refused.
+        Smallest number of usable clips.
 
     Raises
     ------
     NoUsableClips
-        If there are fewer; the sentence gives the reasons of the first three refusals.
+        If there are fewer; the message gives the reasons of the first three rejections.
     """
     usable = [clip for clip in prepared if clip.positions is not None]
     rows = [clip.row for clip in usable]

@@ -1,4 +1,4 @@
-"""Clips of varied motion: recorded, or synthetic with a known answer."""
+"""Clips of varied motion, recorded or synthetic."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ REPORT_COLUMNS = (
     "leg_length_mm", "verdict", "reason",
 )  # fmt: skip
 
-LEAST_FRAMES = 8
-"""Fewest frames of a clip."""
+MIN_FRAMES = 8
+"""Smallest number of frames in a clip."""
 
 SYNTHETIC_KINDS = ("walking", "bending", "smooth angles")
 
 
 def synthetic_clips(options: SyntheticClips, seed: int) -> VariedClips:
-    """Return synthetic clips: walking, bending and bodies of smooth joint angles in turn."""
+    """Return synthetic clips that alternate between walking, bending and smooth joint angles."""
     count = min(options.limit or options.clips, options.clips)
-    of_kind = {kind: len(range(k, count, len(SYNTHETIC_KINDS))) for k, kind in enumerate(SYNTHETIC_KINDS)}
-    bodies = _bodies(of_kind, options, derive_generator(seed, "ingest"))
+    counts = {kind: len(range(k, count, len(SYNTHETIC_KINDS))) for k, kind in enumerate(SYNTHETIC_KINDS)}
+    bodies = _bodies(counts, options, derive_generator(seed, "ingest"))
     clips = []
     for number in range(count):
         turn, k = divmod(number, len(SYNTHETIC_KINDS))
@@ -49,13 +49,13 @@ def synthetic_clips(options: SyntheticClips, seed: int) -> VariedClips:
 
 
 def _bodies(
-    of_kind: Mapping[str, int], options: SyntheticClips, generator: np.random.Generator
+    counts: Mapping[str, int], options: SyntheticClips, generator: np.random.Generator
 ) -> dict[str, list[np.ndarray]]:
-    """Return as many motions (T, 15, 3), mm, of each kind as are asked for."""
+    """Return motions (T, 15, 3), mm, of each kind, by the number of each."""
     frames = round(options.seconds * options.frame_rate_hz) + 1
     walking: list[np.ndarray] = []
     bending: list[np.ndarray] = []
-    if count := of_kind["walking"]:
+    if count := counts["walking"]:
         population = walking_population(
             generator,
             male=count // 2,
@@ -64,7 +64,7 @@ def _bodies(
             frame_rate_hz=options.frame_rate_hz,
         )
         walking = [p[:frames] for p in population.positions_mm]
-    if count := of_kind["bending"]:
+    if count := counts["bending"]:
         performances = bending_performances(
             generator,
             performances=count,
@@ -75,23 +75,23 @@ def _bodies(
         bending = list(performances.positions_mm)
     smooth = [
         synthetic_body(generator, frames, bandwidth=options.bandwidth).positions_mm
-        for _ in range(of_kind["smooth angles"])
+        for _ in range(counts["smooth angles"])
     ]
     return {"walking": walking, "bending": bending, "smooth angles": smooth}
 
 
 def longest_stretch(raw: RawClip, gap_s: float = 0.0) -> PreparedClip:
-    """Return the longest stretch of a clip that shows all joints, or why there is none."""
+    """Return the longest stretch of a clip with all joints, or a rejected clip."""
 
     def select(bridged: BridgedClip, row: dict[str, Any]) -> np.ndarray:
         first, stop = longest_run(bridged.whole)
-        if stop - first < LEAST_FRAMES:
+        if stop - first < MIN_FRAMES:
             raise InvalidInput(
-                "too short a stretch shows all joints",
-                expected=f"{LEAST_FRAMES} frames",
+                "the longest stretch with all joints is too short",
+                expected=f"{MIN_FRAMES} frames",
                 received=stop - first,
                 code="too_short",
-                needed=LEAST_FRAMES,
+                needed=MIN_FRAMES,
                 frames=int(stop - first),
             )
         require_action(bridged.positions[first:stop], raw.frame_rate_hz, first)
@@ -102,7 +102,7 @@ def longest_stretch(raw: RawClip, gap_s: float = 0.0) -> PreparedClip:
     return prepare(raw, gap_s, select)
 
 
-def varied_of(made: list[PreparedClip], inputs: Mapping[str, str] | None = None) -> VariedClips:
-    """Return the clips that are kept; `inputs` as in `collect`."""
-    action = np.array([clip.row["action"] for clip in made if clip.positions is not None])
-    return VariedClips(**collect(made, REPORT_COLUMNS, inputs), action=action)
+def varied_of(prepared: list[PreparedClip], inputs: Mapping[str, str] | None = None) -> VariedClips:
+    """Return the usable clips; `inputs` as in `collect`."""
+    action = np.array([clip.row["action"] for clip in prepared if clip.positions is not None])
+    return VariedClips(**collect(prepared, REPORT_COLUMNS, inputs), action=action)

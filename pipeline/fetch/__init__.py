@@ -1,4 +1,4 @@
-"""Downloading the public recordings: addresses from a table, every file verified by its sha256."""
+"""Download of the public recordings from a table of addresses, with sha256 verification."""
 
 from pipeline.fetch.sources import (
     NEEDED_COLUMNS,

@@ -1,7 +1,7 @@
-"""Downloading the recordings of a table of addresses.
+"""Download of the recordings in a table of addresses.
 
-Each file of ``data/sources.csv`` is copied from a mirror (a folder), else downloaded from its address, else from its
-origin.
+Each file of ``data/sources.csv`` is copied from a mirror (a folder), or downloaded from its address or its origin, in
+this order.
 """
 
 from __future__ import annotations
@@ -20,10 +20,11 @@ from pipeline.reading import read_file
 from pipeline.validation import InvalidInput, is_relative
 
 NEEDED_COLUMNS = ("path", "source", "bytes", "sha256", "address", "origin")
+"""Required columns of the table."""
 
 
 def open_http(request: urllib.request.Request, *, timeout: float) -> Any:
-    """Return the answer to a request over http(s); redirections to other protocols are not followed."""
+    """Return the response to a request over http(s); redirections to other protocols are not followed."""
     director = urllib.request.OpenerDirector()
     for handler in (
         urllib.request.ProxyHandler(),
@@ -47,31 +48,30 @@ def fetch(
     opener: Callable[..., Any] = open_http,
     progress: Callable[[Progress], None] = lambda _: None,
 ) -> FetchReport:
-    """Download the files of the table that are missing or wrong, and return what was done with each.
+    """Download the missing files of the table, and return the result for each file.
 
-    One connection at a time.  The sha256 of a file that exists is compared.  The next run goes on after an interrupted
-    one.
+    There is one connection at a time.  Existing files are verified by their sha256.  An interrupted run is resumed by
+    the next run.
 
     Parameters
     ----------
     sources : Path
-        The table of addresses, with at least the columns `NEEDED_COLUMNS`.
+        Table of addresses, with at least the columns `NEEDED_COLUMNS`.
     raw : Path
-        Folder of the files; no other folder is written to.
+        Folder for the files; nothing is written elsewhere.
     mirror : sequence of Path
-        Folders with the same paths, which are tried first.
+        Folders with copies of the files, which are used first.
     only : sequence of str, optional
         Names of sources, paths or patterns such as ``cmu/16/*``; all files if not given.
     opener : callable
-        Called as ``opener(request, timeout=seconds)``, as ``urllib.request.urlopen`` is.
+        Function with the signature ``opener(request, timeout=seconds)``, like ``urllib.request.urlopen``.
     progress : callable
-        Called with a `Progress` after every file.
+        Function that is called with a `Progress` after each file.
 
     Raises
     ------
     InvalidInput
-        If the table cannot be used (a path that leaves the folder, a missing column, …), the mirror is not a
-        folder, `only` names nothing, or `raw` cannot be written.
+        If the table is invalid, a mirror is not a folder, `only` matches no file, or `raw` cannot be written.
     """
     rows = _selected(read_sources(sources), only)
     for folder in mirror:
@@ -81,15 +81,15 @@ def fetch(
 
 
 def resolve(row: Mapping[str, str], *, raw: Path, mirror: Sequence[Path] = ()) -> Path | None:
-    """Return the path of a recording in `raw`, else in the mirror, else None.
+    """Return the path of a recording in `raw` or in a mirror; None if it is in neither.
 
-    A file whose size differs from the table is ignored.  A folder of the mirror may be that of one source, as
+    A file with another size than in the table is ignored.  A mirror may be the folder of a single source, for example
     ``shelf/cmu`` for files that are listed as ``cmu/…``.
 
     Raises
     ------
     InvalidInput
-        If the row's path leaves the folder.
+        If the path in the row leaves the folder.
     """
     _check_path(row["path"], "the table of sources")
     for path in (raw / row["path"], *(mirrored(folder, row["path"]) for folder in mirror)):
@@ -99,7 +99,7 @@ def resolve(row: Mapping[str, str], *, raw: Path, mirror: Sequence[Path] = ()) -
 
 
 def read_sources(sources: Path) -> list[dict[str, str]]:
-    """Return the rows of a table of addresses, validated.
+    """Read and validate the rows of a table of addresses.
 
     Raises
     ------
@@ -121,7 +121,10 @@ def read_sources(sources: Path) -> list[dict[str, str]]:
     for row in rows:
         if None in row or None in row.values():
             raise InvalidInput(
-                "a row is not as long as the header", where, received=f"{row['path']!r}", code="wrong_count"
+                "the length of a row differs from the header",
+                where,
+                received=f"{row['path']!r}",
+                code="wrong_count",
             )
         path = row["path"]
         _check_path(path, where)
@@ -137,13 +140,16 @@ def read_sources(sources: Path) -> list[dict[str, str]]:
             )
         if not re.fullmatch(r"[1-9]\d{0,14}", row["bytes"]):
             raise InvalidInput(
-                "must be a size", f"{where}, {path}: bytes", received=row["bytes"] or "none", code="not_size"
+                "must be a size in bytes",
+                f"{where}, {path}: bytes",
+                received=row["bytes"] or "none",
+                code="not_size",
             )
     return rows
 
 
 def _check_path(path: str, where: str) -> None:
-    """Require a relative path that stays inside the folder."""
+    """Raise InvalidInput unless a path is relative and stays inside the folder."""
     if not is_relative(path) or path.endswith(".part"):
         raise InvalidInput(
             "a path must stay inside the data folder",
@@ -155,10 +161,10 @@ def _check_path(path: str, where: str) -> None:
 
 
 def _selected(rows: list[dict[str, str]], only: Sequence[str] | None) -> list[dict[str, str]]:
-    """Return the rows of these sources, paths or patterns."""
+    """Select the rows of the given sources, paths or patterns."""
     if only is None:
         return rows
-    chosen: set[str] = set()
+    selected: set[str] = set()
     for pattern in only:
         matches = {
             r["path"] for r in rows if r["source"] == pattern or fnmatch.fnmatchcase(r["path"], pattern)
@@ -166,12 +172,12 @@ def _selected(rows: list[dict[str, str]], only: Sequence[str] | None) -> list[di
         if not matches:
             sources = sorted({r["source"] for r in rows})
             raise InvalidInput(
-                "the table of sources has nothing of that name",
+                "the table of sources has no such source or path",
                 expected=f"a source ({', '.join(sources)}) or a path",
                 received=pattern,
                 code="nothing_listed",
                 sources=sources,
                 wanted=pattern,
             )
-        chosen |= matches
-    return [row for row in rows if row["path"] in chosen]
+        selected |= matches
+    return [row for row in rows if row["path"] in selected]

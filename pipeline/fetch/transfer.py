@@ -1,6 +1,6 @@
-"""Transfer of recordings from the mirror, the address or the origin, each file verified by its sha256.
+"""Transfer of recordings from a mirror, the address or the origin, with sha256 verification.
 
-A file is received whole (the largest has some megabytes), written as ``<name>.part`` and renamed.
+A file is received completely (the largest has some megabytes), written as ``<name>.part``, and renamed.
 """
 
 from __future__ import annotations
@@ -22,22 +22,22 @@ from pipeline.reading import read_file
 from pipeline.validation import InvalidInput
 
 TIMEOUT_S = 30.0
-_SILENCES = 2
-"""Consecutive requests without an answer after which a host is not asked again in this run."""
-_NOT_THERE = "it has no such file"
+_MAX_SILENCES = 2
+"""Number of consecutive requests without response after which a host is skipped for the rest of the run."""
+_MISSING = "it does not have the file"
 
 
 @dataclass(frozen=True)
 class Progress:
-    """Progress of the transfer.
+    """Progress of a transfer.
 
     Attributes
     ----------
     path : str
-        The file that is done with, as in the table.
+        Path of the last finished file, as in the table.
     files_done, files_total : int
     bytes_done, bytes_total : int
-        Over all files; failed ones count as done.
+        Sizes over all files; failed files count as done.
     """
 
     path: str
@@ -49,16 +49,16 @@ class Progress:
 
 @dataclass
 class FetchReport:
-    """Result for every file.
+    """Result of a transfer for each file.
 
     Attributes
     ----------
     fetched, present : list of str
-        Received in this run; right before.
+        Paths of files received in this run, and of files that were already present.
     failed : list of (str, str)
         Path and reason.
     without_address : list of str
-        Files without a public address that the mirror did not have.
+        Paths of files without a public address that no mirror has.
     """
 
     fetched: list[str] = field(default_factory=list)
@@ -68,13 +68,13 @@ class FetchReport:
 
     def __str__(self) -> str:
         counts = f"{len(self.fetched)} fetched, {len(self.present)} present, {len(self.failed)} failed"
-        lines = [f"failed: {path}: {why}" for path, why in self.failed]
-        lines += [f"no public address, only a mirror can have it: {path}" for path in self.without_address]
+        lines = [f"failed: {path}: {reason}" for path, reason in self.failed]
+        lines += [f"no public address, available only from a mirror: {path}" for path in self.without_address]
         return "\n".join([counts, *lines])
 
 
 def mirrored(folder: Path, path: str) -> Path:
-    """Return where a mirror has a file: below the folder, which may be that of the source itself.
+    """Return the path of a file in a mirror, which may also be the folder of the source itself.
 
     Examples
     --------
@@ -83,12 +83,12 @@ def mirrored(folder: Path, path: str) -> Path:
     >>> mirrored(Path("shelf/cmu"), "cmu/16/16_15.amc").as_posix()
     'shelf/cmu/16/16_15.amc'
     """
-    own = folder.name == Path(path).parts[0] and not (folder / path).exists()
-    return (folder.parent if own else folder) / path
+    is_source_folder = folder.name == Path(path).parts[0] and not (folder / path).exists()
+    return (folder.parent if is_source_folder else folder) / path
 
 
 class Transfer:
-    """One pass over the rows; remembers which hosts do not answer."""
+    """Transfer of the rows of a table; hosts that do not respond are skipped."""
 
     def __init__(
         self,
@@ -104,12 +104,12 @@ class Transfer:
         self.files_done = self.bytes_done = 0
 
     def report(self) -> FetchReport:
-        """Transfer every file, in the order of the table."""
+        """Transfer all files, in the order of the table."""
         report = FetchReport()
         for row in self.rows:
-            outcome, why = self._get(row)
+            outcome, reason = self._get(row)
             if outcome == "failed":
-                report.failed.append((row["path"], why))
+                report.failed.append((row["path"], reason))
             else:
                 getattr(report, outcome).append(row["path"])
             self.files_done += 1
@@ -119,20 +119,20 @@ class Transfer:
         return report
 
     def _get(self, row: Mapping[str, str]) -> tuple[str, str]:
-        """Transfer one file; return in which list of the report it belongs, and why it failed."""
+        """Transfer a file; return the list of the report for it, and the reason of a failure."""
         target = self.raw / row["path"]
         with _disk(target):
             if target.is_dir():
-                return "failed", "a folder stands in its place"
+                return "failed", "a folder has the same path: move it away"
             if target.is_file() and _digest(read_file(target)) == row["sha256"]:
                 return "present", ""
             if target.exists() or target.is_symlink():
-                return "failed", "another file is in its place: move it away"
+                return "failed", "a different file has the same path: move it away"
             target.parent.mkdir(parents=True, exist_ok=True)
         addresses = list(dict.fromkeys(row[name] for name in ("address", "origin") if row[name]))
         reasons = []
-        places: list[Path | str] = [*self.mirrors, *addresses]
-        for source in places:
+        sources: list[Path | str] = [*self.mirrors, *addresses]
+        for source in sources:
             try:
                 content = self._content(row, source)
                 if _digest(content) != row["sha256"]:
@@ -148,29 +148,29 @@ class Transfer:
                     os.fsync(stream.fileno())
                 part.replace(target)
             return "fetched", ""
-        if not addresses and all(reason == f"mirror: {_NOT_THERE}" for reason in reasons):
+        if not addresses and all(reason == f"mirror: {_MISSING}" for reason in reasons):
             return "without_address", ""
         return "failed", "; ".join(reasons)
 
-    def _content(self, row: Mapping[str, str], place: Path | str) -> bytes:
-        """Return the content of a file in a mirror or at an address."""
-        if isinstance(place, Path):
+    def _content(self, row: Mapping[str, str], source: Path | str) -> bytes:
+        """Return the content of a file from a mirror or an address."""
+        if isinstance(source, Path):
             try:
-                return read_file(mirrored(place, row["path"]))
+                return read_file(mirrored(source, row["path"]))
             except InvalidInput as error:
-                raise _Failed(_NOT_THERE if error.code == "no_file" else error.what) from error
+                raise _Failed(_MISSING if error.code == "no_file" else error.what) from error
         try:
-            url = urllib.parse.urlsplit(place)
+            url = urllib.parse.urlsplit(source)
         except ValueError:
             raise _Failed("not an address") from None
         if url.scheme not in ("http", "https") or not url.netloc:
             raise _Failed("not an http(s) address")
-        if self.silences[url.netloc] >= _SILENCES:
-            raise _Failed("not asked, for this host did not answer before")
-        return self._ask(row, place, url.netloc)
+        if self.silences[url.netloc] >= _MAX_SILENCES:
+            raise _Failed("skipped, because this host did not respond before")
+        return self._ask(row, source, url.netloc)
 
     def _ask(self, row: Mapping[str, str], address: str, host: str, *, again: bool = True) -> bytes:
-        """Send a request and return the whole answer; send it `again` if the answer breaks off."""
+        """Send a request and return the complete response; retry once (`again`) if the response is incomplete."""
         request = urllib.request.Request(address, headers={"User-Agent": "gait-pipeline"})
         size = int(row["bytes"])
         self.silences[host] += 1
@@ -193,7 +193,7 @@ class Transfer:
             failure = error
         if again and not self.silences[host]:
             return self._ask(row, address, host, again=False)
-        raise _Failed(f"no whole answer ({getattr(failure, 'reason', None) or repr(failure)})")
+        raise _Failed(f"no complete response ({getattr(failure, 'reason', None) or repr(failure)})")
 
 
 def _digest(content: bytes) -> str:
@@ -201,12 +201,12 @@ def _digest(content: bytes) -> str:
 
 
 class _Failed(Exception):
-    """Why a place does not give a file."""
+    """Reason why a mirror or an address does not provide a file."""
 
 
 @contextmanager
 def _disk(target: Path) -> Iterator[None]:
-    """Raise InvalidInput for an error of the disk, which ends the run, unlike an error of an address."""
+    """Convert a disk error to InvalidInput, which ends the run, unlike a network error."""
     try:
         yield
     except OSError as error:

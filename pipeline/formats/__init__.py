@@ -3,10 +3,10 @@
 Contract
 --------
 Every reader is called by `read_one` as `read(path, frame_rate_hz=…, units=…)` and returns a
-`pipeline.skeleton.recorded.MotionCapture`: millimetres in the file's own axes, NaN where a point was not measured.  The
-two options are for what a file does not state; a reader says in its docstring what it does with them.  A file that is
-damaged, contradicts itself or asks for more than its budget raises `InvalidInput` that names the file and the place in
-it; what is odd but readable is listed in `notes`.
+`pipeline.skeleton.recorded.MotionCapture`: positions in millimetres, in the
+axes of the file, NaN where a point was not measured.  The two options replace what a file does not state; the
+docstring of each reader gives their effect.  A file that is damaged, contradicts itself or exceeds its memory budget
+raises `InvalidInput` with the file and the line or byte.  Odd but readable content is listed in `notes`.
 """
 
 from __future__ import annotations
@@ -42,18 +42,18 @@ READERS: dict[str, Reader] = {
 }
 """Reader of each suffix, lower case."""
 
-ANOTHER_RATE = 0.01
-"""Share by which a frame rate that is told differs from the file's own, from which that is said."""
+RATE_TOLERANCE = 0.01
+"""Relative difference between the requested frame rate and that of the file, from which a note is added."""
 
 ADVICE = {
-    ".asf": "a skeleton without motion: name the .amc that belongs to it",
+    ".asf": "this is a skeleton without motion: give the .amc file of its motion",
     ".fbx": "export it as BVH, in Blender for instance",
     ".glb": "export it as BVH, in Blender for instance",
     ".gltf": "export it as BVH, in Blender for instance",
     ".usd": "export it as BVH, in Blender for instance",
-    ".mot": "joint angles without positions: take the TRC from which they were computed",
-    ".sto": "results of OpenSim: take the TRC from which they were computed",
-    ".osim": "a model without motion: take the TRC of a trial",
+    ".mot": "this has joint angles but no positions: give the TRC file that they were computed from",
+    ".sto": "this has results of OpenSim: give the TRC file that they were computed from",
+    ".osim": "this is a model without motion: give the TRC file of a trial",
     ".qtm": "export it from QTM as C3D or TSV",
     ".tak": "export it from Motive as C3D or CSV",
     ".mvn": "export it from MVN as MVNX, C3D or BVH",
@@ -66,40 +66,41 @@ ADVICE = {
     ".xls": "save the sheet as CSV",
     ".ods": "save the sheet as CSV",
     ".json": fourier_walks.OTHER_JSON,
-    ".mp4": "a video goes through a detector of keypoints first, then to `reconstruct`",
-    ".avi": "a video goes through a detector of keypoints first, then to `reconstruct`",
-    ".mov": "a video goes through a detector of keypoints first, then to `reconstruct`",
-    ".pkl": "pickles can run anything and are not opened: save the points as CSV",
-    ".npy": "an array without names: save it as NPZ with names, positions_mm, frame_rate_hz",
+    ".mp4": "run a keypoint detector on the video, then `reconstruct`",
+    ".avi": "run a keypoint detector on the video, then `reconstruct`",
+    ".mov": "run a keypoint detector on the video, then `reconstruct`",
+    ".pkl": "a pickle can run code and is never opened: save the points as CSV",
+    ".npy": "this array has no joint names: save an NPZ file with names, positions_mm and frame_rate_hz",
     ".gz": "unpack it",
     ".zip": "unpack it",
     ".7z": "unpack it",
     ".bz2": "unpack it",
     ".xz": "unpack it",
 }
-"""What to do about files of other kinds, by suffix."""
+"""Advice for files of unsupported formats, by suffix."""
 
 
-_BESIDE = re.compile(r"(.*_)?(channels|events|participants|samples|scans|sessions)\.tsv")
-"""Tables of BIDS beside recordings."""
+_BIDS_TABLE = re.compile(r"(.*_)?(channels|events|participants|samples|scans|sessions)\.tsv")
+"""Names of BIDS tables that stand next to recordings and are not recordings."""
 _SCRIPT_BYTES = 100_000
-"""Beginning of a script or JSON file that is searched for an average walker; BMWalker.js has 42 kB."""
+"""Number of bytes of a script or JSON file that are searched for an average walker; BMWalker.js has 42 kB."""
 _WALKER = re.compile(rb"\bmeanwalker\[0\]|\"mean_walker\"")
-"""Array of an average walker."""
+"""Name of the array of an average walker."""
 _NUMBERS = re.compile(rb"^.*?([;,\t ]+-?\d[\d.e+-]*){3}", re.MULTILINE | re.IGNORECASE)
 
 
 def is_recording(path: Path) -> bool:
-    """Whether a file has a reader by its suffix; of a text of any kind, whether it begins with lines of numbers.
+    """Return True if a file looks like a recording that some reader can read.
 
-    Scripts and JSON files are recordings if they contain an average walker.
+    The suffix decides.  A ``.txt`` file must begin with lines of numbers, and a script or JSON file must contain an
+    average walker.
     """
     suffix = path.suffix.lower()
     if suffix in (".js", ".json") and path.is_file():
         with path.open("rb") as file:
             return bool(_WALKER.search(file.read(_SCRIPT_BYTES)))
     if suffix != ".txt" or not path.is_file():
-        return suffix in READERS and not _BESIDE.fullmatch(path.name)
+        return suffix in READERS and not _BIDS_TABLE.fullmatch(path.name)
     with path.open("rb") as file:
         return len(_NUMBERS.findall(file.read(4000))) > 1
 
@@ -107,7 +108,7 @@ def is_recording(path: Path) -> bool:
 def read(
     path: str | Path, *, frame_rate_hz: float | None = None, units: str | None = None, up: str = UpAxis.auto
 ) -> MotionCapture:
-    """Read a motion file by the reader of its suffix.
+    """Read a motion file with the reader for its suffix.
 
     Parameters
     ----------
@@ -117,22 +118,22 @@ def read(
     units : str, optional
         Unit of length, for a file that does not state it: ``"mm"``, ``"cm"``, ``"m"``, ``"in/0.45"``…
     up : str
-        Axis of the file that points up, ``"x"``, ``"-x"``, ``"y"``…; ``"auto"``: the one along which its joints stand.
-        Positions stay in the file's axes.
+        Axis of the file that points up: ``"x"``, ``"-x"``, ``"y"``…  ``"auto"`` infers it from the upright body.
+        The positions are not rotated.
 
     Raises
     ------
     InvalidInput
-        If there is no such file, no reader has this suffix, the reader refuses the file, or an option makes no sense.
+        If the file does not exist, no reader has this suffix, the reader rejects the file, or an option is invalid.
     """
     path = Path(path)
     if not path.exists():
-        raise damaged("there is no such file", path, code="no_file")
+        raise damaged("the file does not exist", path, code="no_file")
     suffix = path.suffix.lower()
     if suffix not in READERS:
         advice = f": {ADVICE[suffix]}" if suffix in ADVICE else ""
         raise damaged(
-            f"the format is unknown{advice}",
+            f"the file format is not supported{advice}",
             path.name,
             "one of " + " ".join(READERS),
             suffix or "no suffix",
@@ -147,7 +148,9 @@ def read(
     motion = read_one(path, READERS[suffix], frame_rate_hz=frame_rate_hz, units=units)
     notes, rate = list(motion.notes), motion.frame_rate_hz
     if units not in (None, motion.units):
-        notes.append(f"The file states its unit, {motion.units}, which is used, not {units}.")
-    if frame_rate_hz is not None and abs(rate / frame_rate_hz - 1.0) >= ANOTHER_RATE:
-        notes.append(f"The file states {rate:g} frames a second, which are used, not {frame_rate_hz:g}.")
+        notes.append(f"The file states the unit {motion.units}; it is used instead of {units}.")
+    if frame_rate_hz is not None and abs(rate / frame_rate_hz - 1.0) >= RATE_TOLERANCE:
+        notes.append(
+            f"The file states {rate:g} frames per second; they are used instead of {frame_rate_hz:g}."
+        )
     return replace(motion, notes=tuple(notes), up=UpAxis(up))

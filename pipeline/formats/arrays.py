@@ -1,4 +1,4 @@
-"""Files of numpy: arrays of names, positions and the rate, as motion is exported; nothing in them is run."""
+"""Reader of NumPy files (NPZ, NPY): names, positions and frame rate as arrays.  Code in them is never run."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from pipeline.formats.mat import load_mat
 from pipeline.formats.text import millimetres_in
 from pipeline.skeleton.recorded import MotionCapture
 
-_OWN, _AMASS = ("names", "positions_mm"), ("marker_labels", "marker_data")
-"""Arrays of names and of positions: as exported here, and in AMASS and its like, in metres."""
+_EXPORTED, _AMASS = ("names", "positions_mm"), ("marker_labels", "marker_data")
+"""Arrays of names and positions: as this package exports them, and as in AMASS, in metres."""
 _RATES = ("frame_rate_hz", "mocap_framerate", "mocap_frame_rate")
 _BODY_MODEL = {"poses", "betas", "trans"}
-"""Arrays of AMASS and of other parameters of body models."""
+"""Arrays of body model parameters, in AMASS and similar files."""
 
 
 def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
     """Read points from the arrays ``names`` (P,), ``positions_mm`` (T, P, 3) and ``frame_rate_hz`` of an NPZ file.
 
-    The markers of AMASS are read, too: ``marker_labels``, ``marker_data`` and ``mocap_framerate``; one that lies
-    exactly at the origin was not seen.
+    The markers of AMASS are also read: ``marker_labels``, ``marker_data`` and ``mocap_framerate``.  A marker exactly at
+    the origin is missing.
 
     Parameters
     ----------
@@ -35,28 +35,28 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
     frame_rate_hz : float, optional
         Used if the file states no rate.
     units : str, optional
-        Unit of length, in place of the millimetres in the array's name or the metres of AMASS.
+        Unit of length; if not given, millimetres for ``positions_mm`` and metres for AMASS.
 
     Raises
     ------
     InvalidInput
-        If the file lacks an array, or their shapes do not fit each other.
+        If an array is missing, or the shapes do not match.
     """
     where = path.name
     load = load_mat if where.lower().endswith(".mat") else load_npz
-    arrays, present = load(read_bytes(path), where, (*_OWN, *_AMASS, *_RATES))
-    is_ours = set(_OWN) <= set(present)
-    if not is_ours and not set(_AMASS) <= set(present):
-        what, code = "the file holds no arrays names and positions_mm", "no_arrays"
+    arrays, present = load(read_bytes(path), where, (*_EXPORTED, *_AMASS, *_RATES))
+    is_exported = set(_EXPORTED) <= set(present)
+    if not is_exported and not set(_AMASS) <= set(present):
+        what, code = "the file has no arrays names and positions_mm", "no_arrays"
         if set(present) & _BODY_MODEL:
-            what = "the file holds parameters of a body model: export its joints as CSV or C3D first"
+            what = "the file has parameters of a body model, not positions: export the joints as CSV or C3D first"
             code = "body_model"
         raise damaged(what, where, received=", ".join(present[:8]) or "none", code=code)
-    names, positions = (arrays[name] for name in (_OWN if is_ours else _AMASS))
+    names, positions = (arrays[name] for name in (_EXPORTED if is_exported else _AMASS))
     fits = positions.ndim == 3 and positions.shape[1:] == (names.size, 3) and 0 not in positions.shape
     if not fits or names.dtype.kind not in "US" or positions.dtype.kind not in "fiu":
         raise damaged(
-            "the arrays do not fit each other",
+            "the arrays of names and positions do not match",
             where,
             f"positions (frames, {names.size}, 3) of numbers, names of text",
             f"{positions.shape}",
@@ -67,12 +67,12 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
         raise damaged(
             "the frame rate is unknown",
             where,
-            "frame_rate_hz, in the file or the option",
+            "frame_rate_hz, in the file or as an option",
             code="unknown_rate",
         )
-    unit = units or ("mm" if is_ours else "m")
+    unit = units or ("mm" if is_exported else "m")
     positions = positions.astype(float)
-    if not is_ours:
+    if not is_exported:
         positions[(positions == 0).all(axis=-1)] = np.nan
     with np.errstate(invalid="ignore"):
         positions *= millimetres_in(unit, where)
@@ -83,26 +83,26 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
         rate.item(),
         unit,
         [],
-        units_assumed=not is_ours and units is None,
+        units_assumed=not is_exported and units is None,
     )
 
 
 def load_npz(
-    data: bytes, where: str, wanted: Collection[str] | None = None
+    data: bytes, where: str, selection: Collection[str] | None = None
 ) -> tuple[dict[str, np.ndarray], list[str]]:
-    """Return the arrays of an NPZ file that are wanted, or all of them, and the names of all.
+    """Return the selected arrays of an NPZ file (default: all), and the names of all its arrays.
 
     Raises
     ------
     InvalidInput
-        If they are larger than the budget of the clip; other errors are those of zipfile and numpy.
+        If the arrays exceed the memory budget of the clip; other errors are those of zipfile and NumPy.
     """
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         entries_by_name = {entry.filename.removesuffix(".npy"): entry for entry in archive.infolist()}
         entries = {
-            name: entries_by_name[name] for name in entries_by_name if wanted is None or name in wanted
+            name: entries_by_name[name] for name in entries_by_name if selection is None or name in selection
         }
-        # What an entry unpacks to never exceeds the size that the archive states for it.
+        # zipfile never unpacks an entry beyond the size that the archive states.
         require_memory(sum(entry.file_size for entry in entries.values()), where)
         needed, arrays = 0, {}
         for name, entry in entries.items():
@@ -114,7 +114,7 @@ def load_npz(
 
 
 def load_npy(path: Path) -> np.ndarray:
-    """Return the array of an NPY file; raises as `load_npz` does."""
+    """Return the array of an NPY file.  Raises as `load_npz`."""
     data = read_bytes(path)
     require_memory(memory_of(data), path.name)
     return _array(data)
@@ -125,7 +125,7 @@ def _array(data: bytes) -> np.ndarray:
 
 
 def memory_of(data: bytes) -> int:
-    """Return the bytes that an array and its copies as numbers will take, from the header of its file alone."""
+    """Memory in bytes for an array and its copies as numbers, estimated from the header of its file."""
     stream = io.BytesIO(data)
     major, _ = np.lib.format.read_magic(stream)
     shape, _, dtype = getattr(np.lib.format, f"read_array_header_{major}_0")(stream)

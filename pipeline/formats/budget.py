@@ -1,8 +1,8 @@
-"""Reading one file: what it may ask for is known before it is taken, and whatever goes wrong is its refusal.
+"""Memory budget for reading one file, and conversion of any error of a reader to `InvalidInput`.
 
-A file may take 64 times the bytes that were read of it, and 1 GiB at most.  Readers count what they are about to
-allocate and ask `require_memory`; what is in proportion to the text of a file by itself needs no question.  Work is
-bounded by the same counts: nothing that is read takes longer than a linear pass over what fits into memory.
+The budget is 64 times the bytes read, and at most 1 GiB.  Readers call `require_memory` before they allocate arrays.
+Memory in proportion to the text of a file needs no check.  The same budget bounds the run time, because reading is a
+linear pass over data that fit into memory.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from typing import TypeVar
 
 from pipeline.validation import InvalidInput
 
-PER_BYTE, LEAST, MOST = 64, 2**20, 2**30
-"""Bytes of memory for each byte read, and the least and the most for one clip."""
+PER_BYTE, MIN_BYTES, MAX_BYTES = 64, 2**20, 2**30
+"""Bytes of memory per byte read, and the smallest and largest budget of a clip."""
 POINT = 128
-"""Bytes of one point in one frame: three or four numbers, and the copies of them that a reader makes."""
+"""Bytes of memory of a point in a frame: three or four numbers and their copies in a reader."""
 
 _read: ContextVar[list[int] | None] = ContextVar("sizes of the files read of the clip", default=None)
 
@@ -25,19 +25,19 @@ Content = TypeVar("Content")
 
 
 def read_one(path: Path, reader: Callable[..., Content], **options: object) -> Content:
-    """Return what a reader makes of one file or folder: motion, keypoints or a model.
+    """Read one file or folder within a memory budget: motion, keypoints or a model.
 
     Parameters
     ----------
     path : Path
     reader : callable
     options : object
-        Passed on to the reader.
+        Arguments passed to the reader.
 
     Raises
     ------
     InvalidInput
-        If the file is refused, or the reader fails by any error, want of memory included.
+        If the reader rejects the file, or fails with any other error, including lack of memory.
     """
     before = _read.set([])
     try:
@@ -49,7 +49,7 @@ def read_one(path: Path, reader: Callable[..., Content], **options: object) -> C
         raise InvalidInput(
             "the file cannot be read",
             path.name,
-            f"a whole {path.suffix.lower()} file" if path.suffix else "",
+            f"a complete {path.suffix.lower()} file" if path.suffix else "",
             f"{type(error).__name__}: {reason:.160}" if reason else type(error).__name__,
             code="unreadable",
             error=type(error).__name__,
@@ -59,15 +59,15 @@ def read_one(path: Path, reader: Callable[..., Content], **options: object) -> C
 
 
 def count_bytes(size: int, where: str) -> None:
-    """Add the bytes of a file to those read of the clip.  Raises InvalidInput if a copy of them leaves no room."""
-    if size > MOST // 2:
+    """Add the size of a file to the bytes read for the clip.  Raises InvalidInput above half the largest budget."""
+    if size > MAX_BYTES // 2:
         raise InvalidInput(
             "the file is too large",
             where,
-            f"{MOST // 2} bytes or less: export a shorter part of the trial",
+            f"{MAX_BYTES // 2} bytes or less: export a shorter part of the trial",
             size,
             code="file_too_large",
-            budget=MOST // 2,
+            budget=MAX_BYTES // 2,
         )
     if (sizes := _read.get()) is not None:
         sizes.append(size)
@@ -76,12 +76,12 @@ def count_bytes(size: int, where: str) -> None:
 def require_memory(
     needed: int,
     where: str,
-    what: str = "the file asks for too much memory",
+    what: str = "the file needs too much memory",
     code: str = "too_much_memory",
 ) -> None:
-    """Raise InvalidInput if a clip asks for more bytes than its budget; `what` and `code` say why it may."""
+    """Raise InvalidInput if a clip needs more bytes than its budget; `what` and `code` describe the error."""
     sizes = _read.get()
-    budget = MOST if sizes is None else min(max(PER_BYTE * sum(sizes), LEAST), MOST)
+    budget = MAX_BYTES if sizes is None else min(max(PER_BYTE * sum(sizes), MIN_BYTES), MAX_BYTES)
     if needed > budget:
         expected = f"{budget} bytes or less for a file of this size"
         raise InvalidInput(what, where, expected, needed, code=code, budget=budget)
@@ -94,5 +94,5 @@ def require_points(
     what: str = "too many frames and points",
     code: str = "too_many_points",
 ) -> None:
-    """Raise InvalidInput if so many frames of so many points are beyond the budget of a clip."""
+    """Raise InvalidInput if the frames and points of a clip exceed its memory budget."""
     require_memory(POINT * frames * points, where, what, code)

@@ -1,4 +1,4 @@
-"""What every reader of a motion file shares: its signature, its result and its refusals."""
+"""Contract of the readers of motion files: signature, result, errors and common checks."""
 
 from __future__ import annotations
 
@@ -15,19 +15,21 @@ from pipeline.skeleton.recorded import MotionCapture
 from pipeline.validation import InvalidInput, harmless, listed
 
 LARGEST = 1e9
-"""Largest length (mm) or angle that is read; a damaged file may hold larger ones, which would overflow later."""
+"""Largest length (mm) or angle that is read; larger values in a damaged file would overflow later."""
 
-MOST_JOINTS = 2000
-"""Joints of a hierarchy that are read; bodies with every finger and strand of hair have a few hundred."""
+MAX_JOINTS = 2000
+"""Largest number of joints in a hierarchy; bodies with all fingers and hair have a few hundred."""
 
 
-LEAP, ABOUT = 0.2, 1.5
-"""Distance from a placeholder to where a point is before or after, and to the middle of the body, above which a point
-there was not seen: over the root mean square distance of points from their middle, some 500 mm of a body."""
+MIN_LEAP, MIN_DISTANCE = 0.2, 1.5
+"""Smallest distances of a placeholder from the neighbouring samples of its point, and from the centre of the body.
+
+A sample that is farther is missing.  The unit is the spread of the body: the root mean square distance of its points
+from their centre, about 500 mm."""
 
 
 class Reader(Protocol):
-    """Signature of every reader."""
+    """Signature of a reader of motion files."""
 
     def __call__(
         self, path: Path, *, frame_rate_hz: float | None = None, units: str | None = None
@@ -35,7 +37,7 @@ class Reader(Protocol):
 
 
 damaged = InvalidInput
-"""The error for a file that cannot be used: what is wrong, where, what was expected, what was received.
+"""Error for a file that cannot be used: what is wrong, where, what was expected, what was found.
 
 >>> print(damaged("a frame has a wrong number of values", "a.bvh, line 35", 10, 9))
 a.bvh, line 35: a frame has a wrong number of values (expected 10, received 9)
@@ -43,22 +45,22 @@ a.bvh, line 35: a frame has a wrong number of values (expected 10, received 9)
 
 
 def read_bytes(path: Path) -> bytes:
-    """Read a file.
+    """Read the bytes of a file, after checks of its size and of its first bytes.
 
     Raises
     ------
     InvalidInput
-        If there is no such file, it is empty or larger than one clip may be.
+        If the file does not exist, is empty, exceeds the size of a clip, or has another format than its name.
     """
     if not path.is_file():
-        raise damaged("there is no such file", path, code="no_file")
+        raise damaged("the file does not exist", path, code="no_file")
     count_bytes(path.stat().st_size, path.name)
     data = path.read_bytes()
     if not data or data.isspace():
         raise damaged("the file is empty", path.name, code="empty_file")
-    for beginning, (code, what) in _OTHER_CONTENT.items():
+    for beginning, (code, message) in _OTHER_CONTENT.items():
         if data[:64].lstrip().lower().startswith(beginning) and path.suffix.lower() != ".npz":
-            raise damaged(what, path.name, code=code)
+            raise damaged(message, path.name, code=code)
     return data
 
 
@@ -69,40 +71,40 @@ _OTHER_CONTENT = {
     b"pk\x03\x04": ("zip", _ZIP),
     b"version https://git-lfs": (
         "git_lfs",
-        "this is a placeholder of git LFS, without the content: fetch it by `git lfs pull`",
+        "this is a Git LFS placeholder without the content: fetch it with `git lfs pull`",
     ),
     b"<!doctype html": ("web_page", _PAGE),
     b"<html": ("web_page", _PAGE),
 }
-"""Code and sentence on what files hold, by how they begin, that are not what their names say."""
+"""Error code and message for files with another content than their names suggest, by the first bytes."""
 
 
 def require_joints(count: int, where: str) -> None:
-    """Raise InvalidInput if a hierarchy has more than `MOST_JOINTS` joints."""
-    if count > MOST_JOINTS:
+    """Raise InvalidInput if a hierarchy has more than `MAX_JOINTS` joints."""
+    if count > MAX_JOINTS:
         raise damaged(
             "the hierarchy has too many joints",
             where,
-            f"{MOST_JOINTS} or fewer",
+            f"{MAX_JOINTS} or fewer",
             f"{count} or more",
             code="too_many_joints",
-            most=MOST_JOINTS,
+            most=MAX_JOINTS,
         )
 
 
 def compare_frames(declared: float, count: int, notes: list[str]) -> None:
-    """Note that a file has another number of frames than it declares; it may be cut.
+    """Add a note if a file has another number of frames than it declares; it may be truncated.
 
     Parameters
     ----------
     declared : float
-        NaN or infinite if the file declares none.
+        Number of frames in the header; NaN or infinite if the file does not declare it.
     count : int
-        Frames of the file.
+        Number of frames in the file.
     notes : list of str
     """
     if np.isfinite(declared) and declared != count:
-        notes.append(f"The file declares {declared:g} frames and has {count}; all {count} were read.")
+        notes.append(f"The file declares {declared:g} frames but has {count}; all {count} are read.")
 
 
 def motion_capture(
@@ -115,38 +117,44 @@ def motion_capture(
     of_angles: bool = False,
     units_assumed: bool = False,
 ) -> MotionCapture:
-    """Build the result of a reader: a point with a coordinate that is not finite is invalid, and NaN throughout.
+    """Build the result of a reader; samples with a coordinate that is not finite become NaN.
 
     Parameters
     ----------
     names : sequence of str
-        P point names.  A few that stand twice for different points are told apart as ``LKNE``, ``LKNE_2``, and a
-        name that a spreadsheet would run as a formula gets an apostrophe in front; both are noted.
+        P point names.  Repeated names of different points are numbered (``LKNE``, ``LKNE_2``).  A name that a
+        spreadsheet would run as a formula gets an apostrophe in front.  Both are noted.
     positions_mm : (T, P, 3) float64
-        Millimetres.  A point that was never measured, while others were, is left out and noted.
+        Millimetres.  A point that was never measured is left out and noted, unless no point was measured.
     frame_rate_hz : float
     units : str
         Unit of length of the file.
     notes : iterable of str
     of_angles : bool
-        Whether the file holds joint angles: frames with invalid points are noted.
+        True if the file contains joint angles: frames with invalid points are noted.
     units_assumed : bool
-        Whether neither the file nor the caller stated the unit.
+        True if neither the file nor the caller stated the unit.
     """
     notes, stated = list(notes), set(names)
     names = list(map(harmless, names))
     valid = np.isfinite(positions_mm).all(axis=-1)
     measured = valid.any(axis=0)
     if measured.any() and not measured.all():
-        notes.append(f"Points in name only, never measured: {listed([*compress(names, ~measured)])}.")
+        notes.append(
+            f"Points without any measured sample are left out: {listed([*compress(names, ~measured)])}."
+        )
         names = [*compress(names, measured)]
         positions_mm, valid = positions_mm[:, measured], valid[:, measured]
     if changed := [name for name in names if name not in stated]:
-        notes.append(f"Names that a spreadsheet would run begin with an apostrophe: {listed(changed)}.")
-    _tell_apart(names, positions_mm, notes)
+        notes.append(
+            f"Names that a spreadsheet would run as formulas get an apostrophe in front: {listed(changed)}."
+        )
+    _number_repeated_names(names, positions_mm, notes)
     if of_angles and not valid.all():
         gaps = int((~valid).any(axis=1).sum())
-        notes.append(f"{gaps} of {len(valid)} frames have NaN; the points that depend on them are invalid.")
+        notes.append(
+            f"{gaps} of {len(valid)} frames contain NaN; the points that depend on them are invalid."
+        )
     return MotionCapture(
         names=tuple(names),
         positions_mm=np.where(valid[..., None], positions_mm, np.nan),
@@ -159,11 +167,12 @@ def motion_capture(
 
 
 def leave_out_placeholders(positions: np.ndarray, notes: list[str], millimetres: float = 1.0) -> None:
-    """Make samples (T, P, 3) of one number in all coordinates NaN, in place, where a point leaps there.
+    """Set placeholders of missing samples (T, P, 3) to NaN, in place.
 
-    Many programs write gaps so: as 0, 999, -9999 or 1e6.  A root that begins there is kept, and one that stays there if
-    the body is about it, and so is what stands only once, unless it is 0.  All are lengths over the spread of the
-    points, for their unit may be another; `millimetres` are those of one unit of the file, for the notes.
+    A placeholder has the same number in all three coordinates, such as 0, 999, -9999 or 1e6.  It counts as missing if
+    the point leaps there from its neighbouring samples.  A point that stays at one number throughout counts as missing
+    if it is far from the body.  A number other than 0 must occur at least twice.  Distances are relative to the spread
+    of the points, because the unit may be wrong.  `millimetres` is the size of the file's unit, for the notes.
     """
     at = (positions == positions[..., :1]).all(axis=-1)
     numbers, inverse, count = np.unique(positions[at][:, 0], return_inverse=True, return_counts=True)
@@ -184,21 +193,21 @@ def leave_out_placeholders(positions: np.ndarray, notes: list[str], millimetres:
         if measured_rows.size:
             k = np.searchsorted(measured_rows, rows)
             neighbours = positions[measured_rows[np.clip([k - 1, k], 0, measured_rows.size - 1)], point]
-            leaps = np.linalg.norm(neighbours - at_placeholder, axis=-1).max(axis=0) > LEAP * size
+            leaps = np.linalg.norm(neighbours - at_placeholder, axis=-1).max(axis=0) > MIN_LEAP * size
         else:
             away = np.median(np.linalg.norm(middle - at_placeholder[0], axis=-1))
-            leaps = (at_placeholder[:, 0] == at_placeholder[0, 0]) & (away >= ABOUT * size)
+            leaps = (at_placeholder[:, 0] == at_placeholder[0, 0]) & (away >= MIN_DISTANCE * size)
         positions[rows[leaps], point] = np.nan
         placeholders += (at_placeholder[leaps, 0] / millimetres).tolist()
     for number, times in sorted(Counter(placeholders).items()):
-        where = "lie exactly at the origin" if number == 0 else f"are {number:.6g} in every coordinate"
-        notes.append(f"{times} samples {where} and are taken as missing.")
+        position = "lie exactly at the origin" if number == 0 else f"are {number:.6g} in every coordinate"
+        notes.append(f"{times} samples {position} and count as missing.")
 
 
-def _tell_apart(names: list[str], positions_mm: np.ndarray, notes: list[str]) -> None:
-    """Number the later ones of equal names, as of medial markers of a standing trial: ``LKNE``, ``LKNE_2``.
+def _number_repeated_names(names: list[str], positions_mm: np.ndarray, notes: list[str]) -> None:
+    """Number repeated names of different points, such as medial markers of a standing trial: ``LKNE``, ``LKNE_2``.
 
-    Where most names stand twice they are two people's, and copies of one point lie in one place: these stay equal.
+    Names stay equal if most are repeated, because they belong to two people, or if the points coincide.
     """
     first: dict[str, int] = {}
     last: dict[str, int] = {}
@@ -214,6 +223,6 @@ def _tell_apart(names: list[str], positions_mm: np.ndarray, notes: list[str]) ->
         used.add(names[k])
         numbered.append(names[k])
     if numbered:
-        notes.append(f"Names that stand twice are numbered: {listed(numbered)}.")
+        notes.append(f"Repeated names are numbered: {listed(numbered)}.")
     if doubled > len(numbered):
-        notes.append(f"{doubled - len(numbered)} names of points stand more than once.")
+        notes.append(f"{doubled - len(numbered)} point names are repeated.")

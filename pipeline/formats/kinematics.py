@@ -1,4 +1,4 @@
-"""What hierarchies of joints (BVH, Acclaim) share: turns about coordinate axes."""
+"""Rotations about coordinate axes, for hierarchies of joints (BVH, Acclaim)."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 
 
 def turn(rotations: np.ndarray, axis: str, angles_rad: np.ndarray) -> None:
-    """Multiply rotations (T, 3, 3) in place, from the right, by turns about ``x``, ``y`` or ``z`` by angles (T,)."""
+    """Multiply rotations (T, 3, 3) from the right, in place, by rotations about an axis by angles (T,)."""
     # A rotation from the right about x mixes columns y and z, and so on in a cycle.
     i, j = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}[axis]
     cosine, sine = np.cos(angles_rad[:, None]), np.sin(angles_rad[:, None])

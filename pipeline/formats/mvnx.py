@@ -1,4 +1,4 @@
-"""MVNX files of Xsens MVN: positions of the origins of segments, in metres, z up."""
+"""Reader of MVNX files of Xsens MVN: positions of segment origins, in metres, z up."""
 
 from __future__ import annotations
 
@@ -19,31 +19,36 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
     ----------
     path : Path
     frame_rate_hz : float, optional
-        Used if the file does not state it.
+        Frames per second, used if the file does not state it.
     units : str, optional
-        Unit of length; ``"m"``, as the format has it, if not given.
+        Unit of length; default ``"m"``, the unit of the format.
 
     Returns
     -------
     MotionCapture
-        A segment's origin is its proximal joint: LeftUpperLeg the hip, LeftLowerLeg the knee, LeftFoot the ankle.
+        Points at the origin of each segment, its proximal joint: LeftUpperLeg is the hip, LeftLowerLeg the knee,
+        LeftFoot the ankle.
 
     Raises
     ------
     InvalidInput
-        If the file is not MVNX, is cut short, has no positions, or does not state its rate.
+        If the file is not MVNX, is truncated, has no positions, or does not state its rate.
     """
     where, unit = path.name, units or "m"
     millimetres = millimetres_in(unit, where)
     root = _root(read_bytes(path), where)
     people = [_subject(subject, str(n), where) for n, subject in enumerate(_all(root, "subject"), start=1)]
     if not people:
-        raise damaged("the file holds no subject", where, code="no_subject")
+        raise damaged("the file contains no subject", where, code="no_subject")
     labels, rates, segments, tracks = zip(*people, strict=True)
     rate = rates[0]
     if len({*rates}) > 1:
         raise damaged(
-            "the subjects have different frame rates", where, "one", sorted({*rates})[:4], code="rates_differ"
+            "the subjects have different frame rates",
+            where,
+            "the same rate",
+            sorted({*rates})[:4],
+            code="rates_differ",
         )
     if not 0 < rate < 1e6:
         if frame_rate_hz is None:
@@ -57,10 +62,10 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
     several = len(people) > 1
     names = [
         f"{label}:{name}" if several else name
-        for label, of_one in zip(labels, segments, strict=True)
-        for name in of_one
+        for label, subject_segments in zip(labels, segments, strict=True)
+        for name in subject_segments
     ]
-    notes = [f"The file holds {len(people)} subjects."] if several else []
+    notes = [f"The file contains {len(people)} subjects."] if several else []
     shortest = min(map(len, tracks))
     if shortest < max(map(len, tracks)):
         notes.append(f"The subjects have different numbers of frames; the first {shortest} of each are read.")
@@ -71,7 +76,7 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
 def _subject(
     element: ElementTree.Element, unlabelled: str, where: str
 ) -> tuple[str, float, list[str], np.ndarray]:
-    """Label, frame rate, segments and their positions (T, S, 3) of a person's normal frames, not of calibration."""
+    """Label, frame rate, segments and positions (T, S, 3) of a person, from normal frames only (no calibration)."""
     segments = enumerate(_all(element, "segment"), start=1)
     names = [segment.get("label") or f"segment_{k}" for k, segment in segments]
     frames = [frame for frame in _all(element, "frame") if frame.get("type", "normal") == "normal"]
@@ -81,7 +86,7 @@ def _subject(
         words = "".join(texts[-1:]).split()
         if not words or len(words) != 3 * len(names):
             raise damaged(
-                "the positions do not fit the segments",
+                "the number of positions does not match the segments",
                 f"{where}, frame {k}",
                 3 * len(names),
                 len(words),
@@ -90,13 +95,13 @@ def _subject(
                 count=len(words),
             )
 
-        def place(n: int, k: int = k) -> str:
+        def location(n: int, k: int = k) -> str:
             return f"{where}, frame {k}, segment {names[n // 3]}"
 
-        rows.append(read_numbers(words, place))
+        rows.append(read_numbers(words, location))
     if not rows:
         raise damaged(
-            "the positions do not fit the segments",
+            "a subject has no normal frames",
             f"{where}, frame 1",
             received="no frame",
             code="no_frames",
@@ -107,7 +112,7 @@ def _subject(
 
 def _root(data: bytes, where: str) -> ElementTree.Element:
     class Builder(ElementTree.TreeBuilder):
-        """Builds elements of XML without a document type, whose entities could make the file grow without end."""
+        """Builder of XML elements that rejects document types, because their entities can expand without limit."""
 
         def doctype(self, *_: object) -> None:
             raise damaged(
@@ -118,7 +123,9 @@ def _root(data: bytes, where: str) -> ElementTree.Element:
         root = ElementTree.fromstring(data, ElementTree.XMLParser(target=Builder()))
     except ElementTree.ParseError as error:
         location = f"{where}, line {error.position[0]}"
-        raise damaged("the file is damaged or cut short", location, "whole XML", code="truncated") from None
+        raise damaged(
+            "the file is damaged or truncated", location, "complete XML", code="truncated"
+        ) from None
     if _tag(root) != "mvnx":
         raise damaged(
             "this is not an MVNX file",
@@ -132,7 +139,7 @@ def _root(data: bytes, where: str) -> ElementTree.Element:
 
 
 def _tag(element: ElementTree.Element) -> str:
-    """Name of an element without its namespace, in small letters."""
+    """Name of an element without its namespace, in lower case."""
     return element.tag.rpartition("}")[2].lower()
 
 

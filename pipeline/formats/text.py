@@ -1,4 +1,4 @@
-"""Characters, numbers and units of length as motion files write them."""
+"""Parsing of text, numbers and units of length in motion files."""
 
 from __future__ import annotations
 
@@ -9,59 +9,61 @@ from pathlib import Path
 
 import numpy as np
 
-from pipeline.formats.budget import MOST, PER_BYTE, require_memory
+from pipeline.formats.budget import MAX_BYTES, PER_BYTE, require_memory
 from pipeline.formats.contract import LARGEST, damaged, read_bytes
 from pipeline.skeleton.recorded import MILLIMETRES
 
 
 def read_text(path: Path) -> tuple[str, list[str]]:
-    r"""Read the text of a file, UTF-8, UTF-16, Shift-JIS or else Latin-1, with ``\n`` at the end of each line.
+    r"""Read the text of a file in UTF-8, UTF-16, Shift-JIS or Latin-1, with ``\n`` as line end.
 
     Returns
     -------
     text : str
     notes : list of str
-        If the text is not UTF-8, or its last line has no end: then the file may have been cut.
+        Notes on a text that is not UTF-8, or whose last line has no end, so that the file may be truncated.
 
     Raises
     ------
     InvalidInput
-        If the file cannot be read, is empty, holds a zero byte or more words than there is memory for.
+        If the file cannot be read, is empty, contains a zero byte, or needs too much memory.
     """
     data, notes = read_bytes(path), []
-    if 0 in data[:2] or {*data[:2]} == {254, 255}:  # letters of two bytes, or a mark in front of them
+    if 0 in data[:2] or {*data[:2]} == {254, 255}:  # UTF-16, with or without a byte order mark
         data = data.decode("utf-16-be" if data[0] in (0, 254) else "utf-16-le").encode()
     if (at := data.find(0)) >= 0:
         raise damaged(
-            "this is not a text file", f"{path.name}, byte {at}", received="a zero byte", code="zero_byte"
+            "the file is not a text file", f"{path.name}, byte {at}", received="a zero byte", code="zero_byte"
         )
-    if len(data) > MOST // PER_BYTE:  # below that, no words are so short that they take more
+    if len(data) > MAX_BYTES // PER_BYTE:  # smaller files cannot exceed the budget, however short their words
         words = data.translate(_WORDS).count(b"x ")
-        what = "the file is too large: export a shorter part of the trial"
-        require_memory(_TEXT * len(data) + _WORD * words, path.name, what, code="file_too_large")
+        message = "the file is too large: export a shorter part of the trial"
+        require_memory(_TEXT * len(data) + _WORD * words, path.name, message, code="file_too_large")
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
         text, encoding = data.decode("latin-1"), "Latin-1"
         with suppress(UnicodeDecodeError):
-            # Two letters, for one may be by chance, by first bytes that EUC and GB 2312 lack.
+            # Two letters in a row (one may be chance), whose first bytes do not occur in EUC and GB 2312.
             if re.search(rb"([\x82\x83\x88-\x9f][\x40-\xfc]){2}", data):
                 text, encoding = data.decode("cp932"), "Shift-JIS"
         notes.append(f"The text is not UTF-8; it was read as {encoding}.")
     text = text.replace("\r\n", "\n").replace("\r", "\n")
     if not text.endswith("\n"):
-        notes.append("The last line has no line end: if the file was cut, its last number may be short.")
+        notes.append(
+            "The last line has no line end: if the file is truncated, its last number may be cut short."
+        )
     return text, notes
 
 
 _WORDS = bytes(32 if byte in b" \t\n\r,;:[{" else 120 for byte in range(256))
-"""Every byte as a blank if it separates words, else as an x."""
+"""Translation table: bytes that separate words become blanks, all others become x."""
 _TEXT, _WORD = 4, 100
-"""Bytes of memory for each byte of a text and its copies, and for each word as a string and as a number."""
+"""Bytes of memory per byte of text with its copies, and per word as a string and as a number."""
 
 
 def number(word: str) -> float:
-    """Number that a word of a file stands for; infinite if it is none.
+    """Parse a word as a number; infinite if the word is not a number.
 
     Examples
     --------
@@ -77,33 +79,33 @@ def number(word: str) -> float:
         return np.inf
 
 
-def read_numbers(words: Sequence[str], place: Callable[[int], str]) -> np.ndarray:
-    """Numbers (N,) float64 that N words stand for; NaN stays.
+def read_numbers(words: Sequence[str], location: Callable[[int], str]) -> np.ndarray:
+    """Parse N words as numbers (N,) float64; NaN is allowed.
 
     Parameters
     ----------
     words : sequence of str
-    place : callable
-        Where in the file the n-th word stands, for the error.
+    location : callable
+        Function that gives the location of the n-th word in the file, for the error.
 
     Raises
     ------
     InvalidInput
-        If a word is no number, or its magnitude is above `LARGEST`.
+        If a word is not a number, or its magnitude is above `LARGEST`.
     """
     joined = "".join(words)
     try:
         if "_" in joined or not joined.isascii():
             raise ValueError
         numbers = np.array(list(map(float, words)))
-    except ValueError:  # the slow way, to find which one
+    except ValueError:  # slower, but finds the wrong word
         numbers = np.array(list(map(number, words)))
     wrong = np.flatnonzero(np.abs(numbers) > LARGEST)
     if wrong.size:
         n = int(wrong[0])
         raise damaged(
-            "a value is not a usable number",
-            place(n),
+            "the value is not a number, or is too large",
+            location(n),
             f"a number of at most {LARGEST:g}",
             f"{words[n]!r:.40}",
             code="not_number",
@@ -113,19 +115,19 @@ def read_numbers(words: Sequence[str], place: Callable[[int], str]) -> np.ndarra
 
 
 def read_vector(words: Sequence[str], count: int, where: str) -> np.ndarray:
-    """Finite numbers (count,) float64 of a line that must hold so many.
+    """Parse the words of a line as `count` finite numbers, float64.
 
     Raises
     ------
     InvalidInput
-        If there are fewer or more, or one is no finite number.
+        If the number of words is wrong, or a word is not a finite number.
     """
     numbers = np.array(list(map(number, words)))
     if len(numbers) != count or not np.all(np.abs(numbers) <= LARGEST):
         raise damaged(
-            "the line cannot be used",
+            "the line does not have the expected numbers",
             where,
-            f"{count} numbers" if count > 1 else "one number",
+            f"{count} numbers" if count > 1 else "a number",
             " ".join(words)[:60] or "nothing",
             code="unusable_line",
             needed=count,
@@ -134,7 +136,7 @@ def read_vector(words: Sequence[str], count: int, where: str) -> np.ndarray:
 
 
 def unit_of(words: str) -> str:
-    """Short name of a unit of length, where words are one's name, else the words in small letters.
+    """Short name of a unit of length; other words are returned in lower case.
 
     Examples
     --------
@@ -158,11 +160,11 @@ _NAMES = {
 
 
 LENGTHS = "|".join((*MILLIMETRES, *(f"{name.replace('ter', 't(?:er|re)')}s?" for name in _NAMES)))
-"""Regular expression of the names of units of length."""
+"""Regular expression for the names of units of length."""
 
 
 def millimetres_in(units: str, where: str) -> float:
-    """Millimetres in a unit of length such as ``cm`` or ``in/0.45``.
+    """Size in millimetres of a unit of length such as ``cm`` or ``in/0.45``.
 
     Raises
     ------
@@ -181,7 +183,7 @@ def millimetres_in(units: str, where: str) -> float:
         raise damaged(
             "the unit of length is unknown",
             where,
-            f"one of {', '.join(MILLIMETRES)}, or e.g. in/0.45, in the file or the option units",
+            f"{', '.join(MILLIMETRES)}, or for example in/0.45, in the file or as the option units",
             f"{units!r:.40}",
             code="unknown_unit",
             unit=units,

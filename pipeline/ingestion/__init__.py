@@ -1,1 +1,1 @@
-"""Data sets and their recordings: the only door to formats, mappings and fetch."""
+"""Data sets and their recordings, read by formats, mappings and fetch."""

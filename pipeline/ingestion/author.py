@@ -1,7 +1,8 @@
-"""Average walkers of the second author's laboratory: the average walker, walkers along its axes, mean woman and man.
+"""Data set of the second author's laboratory: average walker, walkers along its axes, mean woman and man.
 
-They are averages of many people, so that nobody can be left out of them: no figure that learns from people is made of
-them.  The files are listed in ``data/sources.csv`` as all recordings are; they are never part of the project.
+The walkers are averages of many people, and no person can be held out of an average.  Figures that learn from people
+therefore reject this data set.  The files are listed in ``data/sources.csv``, like all recordings, and are never
+distributed with the project.
 """
 
 from __future__ import annotations
@@ -25,25 +26,27 @@ from pipeline.ingestion.corpus import file_digest, listing_table, mirror_folders
 from pipeline.validation import CountOrAll, InvalidInput, bounded
 
 SOURCE = "author"
+"""Name of the source in reports."""
 AVERAGE = ("author/bmwalker.js", "author/bmwalker.json")
-"""Files of the table with the average walker, the same numbers in both; the first that is there is read."""
+"""Listed files with the average walker; both have the same numbers, and the first available one is read."""
 MEANS = ("author/walkers.mat",)
-"""File with the mean woman and the mean man."""
+"""Listed file with the mean woman and the mean man."""
 MEAN_PEOPLE = {"F": "mean_woman", "M": "mean_man"}
+"""Names of the mean people, by the names of their matrices."""
 
 RATE_HZ, SECONDS = 120.0, 6.8
-"""Sampling of clips, and their length as of synthetic ones."""
+"""Frame rate (Hz) and duration (s) of the clips; the duration is that of synthetic clips."""
 
 
 @dataclass(frozen=True)
 class ListedFile:
-    """A file of the table that is on this machine, as listed.
+    """Listed file that is available on this machine.
 
     Attributes
     ----------
     path : Path
     sha256, terms : str
-        As the table has them.
+        Digest and licence terms from the table.
     """
 
     path: Path
@@ -52,31 +55,31 @@ class ListedFile:
 
 
 def find(
-    among: Sequence[str], *, table: str = "data/sources.csv", raw: str = "data/raw", mirror: str = ""
+    paths: Sequence[str], *, table: str = "data/sources.csv", raw: str = "data/raw", mirror: str = ""
 ) -> ListedFile:
-    """Return the first of some files of the table that is on this machine, verified by its sha256.
+    """Return the first available file among listed paths, after sha256 verification.
 
     Parameters
     ----------
-    among : sequence of str
-        Paths as the table has them: `AVERAGE` or `MEANS`.
+    paths : sequence of str
+        Paths in the table: `AVERAGE` or `MEANS`.
     table, raw, mirror : str
-        As the options of recorded data.
+        Options of recorded data.
 
     Raises
     ------
     InvalidInput
-        If none is listed or on this machine, or one has another content than the table says.
+        If no file is listed or available, or the digest of a file differs from the table.
     """
     listing = listing_table(table)
     rows = {row["path"]: row for row in fetch.read_sources(listing)}
-    for row in (rows[path] for path in among if path in rows):
+    for row in (rows[path] for path in paths if path in rows):
         path = fetch.resolve(row, raw=Path(raw), mirror=mirror_folders(mirror))
         if path is None:
             continue
         if (received := file_digest(path)) != row["sha256"]:
             raise InvalidInput(
-                "the file is not the one that the table lists (`make data` fetches it again)",
+                "the file differs from the listed one: run `make data` to fetch it again",
                 row["path"],
                 f"sha256 {row['sha256'][:12]}…",
                 f"{received[:12]}…",
@@ -84,41 +87,41 @@ def find(
             )
         return ListedFile(path, row["sha256"], row.get("terms", ""))
     raise InvalidInput(
-        "the average walker of the second author's laboratory is not on this machine",
-        among[0],
-        "`make data ARGS=author` to fetch it, or MOCAP_MIRROR (data.mirror=) naming a folder that has it",
+        "the average walker of the second author's laboratory is not available",
+        paths[0],
+        "`make data ARGS=author` to fetch it, or its folder in MOCAP_MIRROR (data.mirror=)",
         code="not_fetched",
     )
 
 
-def find_here(among: Sequence[str], data: object) -> ListedFile:
-    """Return one of the files as `find` does, where a data set reads its own: folders of the mirror if it names any."""
+def find_here(paths: Sequence[str], data: object) -> ListedFile:
+    """Return the first available file as `find` does, with the folders of a data set if it has such options."""
     named = {name: getattr(data, name) for name in ("raw", "mirror") if getattr(data, name, "")}
-    return find(among, **{"mirror": os.environ.get("MOCAP_MIRROR", ""), **named})
+    return find(paths, **{"mirror": os.environ.get("MOCAP_MIRROR", ""), **named})
 
 
 class AuthorData(Data):
-    """Averages of many people that the second author's laboratory has published."""
+    """Data set of averages of many people, published by the second author's laboratory."""
 
     in_light_archives: ClassVar[bool] = False
     credit: ClassVar[str] = (
         f"Sources: {fourier_walks.SOURCE}; walkers.mat of Jiangtang/Matrix-Computations, no terms stated."
     )
 
-    table: str = "data/sources.csv"  # of all files: source, subject, action, address, sha256
+    table: str = "data/sources.csv"  # table of all files: source, subject, action, address, sha256
     raw: str = "data/raw"  # folder of downloaded files
-    mirror: str = ""  # folders that hold the same files, with : between them; read where raw lacks one
+    mirror: str = ""  # folders with copies of these files, separated by :, for files that raw lacks
     axis_value: Annotated[float, bounded(above=0, at_most=fourier_walks.MAX_VALUE)] = (
-        3.0  # of walkers along each axis, on both sides of the average walker
+        3.0  # value of the walkers on each axis, on both sides of the average walker
     )
-    limit: CountOrAll = 0  # at most so many clips; 0: all
+    limit: CountOrAll = 0  # largest number of clips; 0: all
 
     def require(self, corpus: Corpus) -> None:
-        """Raise InvalidInput for figures that learn from people, or compare them."""
+        """Raise InvalidInput for figures that learn from people or compare them."""
         if corpus is not VARIED:
             raise InvalidInput(
-                f"this figure needs many people's {corpus.words}, and the data set {self.name} holds averages of many"
-                " people, of whom nobody can be left out",
+                f"this figure needs {corpus.words} of several people, but the data set {self.name} has averages of many"
+                " people, from which no person can be held out",
                 "data",
                 code="no_clips_of_this_kind",
                 data=self.name,
@@ -142,9 +145,9 @@ class AuthorData(Data):
                 fourier_walks.mean_walkers(means.path),
                 self.axis_value,
             )
-            chosen = dict(list(walks.items())[: self.limit or None])
-            digests = {name: (means if name in MEAN_PEOPLE.values() else average).sha256 for name in chosen}
-            return clips(chosen, digests)
+            selected = dict(list(walks.items())[: self.limit or None])
+            digests = {name: (means if name in MEAN_PEOPLE.values() else average).sha256 for name in selected}
+            return clips(selected, digests)
 
         return Request(options, make, __name__)
 
@@ -152,23 +155,23 @@ class AuthorData(Data):
 def walkers(
     average: AverageWalker, means: Mapping[str, FourierWalk], axis_value: float
 ) -> dict[str, FourierWalk]:
-    """Return the average walker, the mean woman and man, and two walkers along each axis, by name."""
-    found = {"average": average.at()}
-    found |= {MEAN_PEOPLE[name]: walk for name, walk in means.items() if name in MEAN_PEOPLE}
+    """Return the average walker, the mean woman, the mean man, and two walkers along each axis, by name."""
+    walks = {"average": average.at()}
+    walks |= {MEAN_PEOPLE[name]: walk for name, walk in means.items() if name in MEAN_PEOPLE}
     for axis in average.axes:
         for value in (axis_value, -axis_value):
-            found[f"{axis}{value:+g}"] = average.at(**{axis: value})
-    return found
+            walks[f"{axis}{value:+g}"] = average.at(**{axis: value})
+    return walks
 
 
 def clips(walks: Mapping[str, FourierWalk], digests: Mapping[str, str]) -> VariedClips:
-    """Return walkers walking on the spot, forwards along +y, as clips; `digests` are those of their files."""
+    """Return clips of walkers on a treadmill, forwards along +y; `digests` are those of their files."""
     times = np.arange(round(SECONDS * RATE_HZ) + 1) / RATE_HZ
-    made = []
+    prepared = []
     for name, walk in walks.items():
         person = name if name in MEAN_PEOPLE.values() else "average"
         row = report_row(varied.REPORT_COLUMNS, clip=name, person=person, source=SOURCE, action="walking")
-        made.append(
+        prepared.append(
             varied.longest_stretch(RawClip(row, fourier_walks.in_world(walk.positions(times)), RATE_HZ))
         )
-    return varied.varied_of(made, digests)
+    return varied.varied_of(prepared, digests)

@@ -1,4 +1,4 @@
-"""Recordings that a data set names: those of the table of public recordings, or of the user's folder."""
+"""Recordings of a data set, from the table of public recordings or from the user's folder."""
 
 from __future__ import annotations
 
@@ -21,43 +21,44 @@ from pipeline.skeleton.complaint import Remark
 from pipeline.skeleton.source_mapping import SourceMapping, UpAxis
 from pipeline.validation import InvalidInput
 
-MOST_TRIED = 10
-"""Other recordings of a person that are tried where none is named a static trial."""
+MAX_STATIC_CANDIDATES = 10
+"""Largest number of other recordings of a person that are searched for a static trial, if no name suggests one."""
 
-_NAMED = re.compile(
+_STATIC = re.compile(
     r"static|standing|calib|(?<![a-z])(stand|stat|cal|neutral|[tna][-_ ]?pose)(?![a-z])", re.IGNORECASE
 )
+"""Words in the name of a static trial."""
 
 _NO_FAULT = Remark("")
-_UNPRINTABLE = Remark("the file's name contains unprintable characters: rename it", "unprintable_name")
-_NOBODY = Remark("data.person finds nobody in the file's name", "unclear_person")
+_UNPRINTABLE = Remark("the file name contains unprintable characters: rename the file", "unprintable_name")
+_NO_PERSON = Remark("data.person does not match the file name", "unclear_person")
 
 
 @dataclass(frozen=True)
 class Clip:
-    """One recording to be ingested.
+    """Recording of a data set, before it is read.
 
     Attributes
     ----------
     name, person, source, action : str
     path : Path or None
-        None if the file is listed but not on this machine.
+        Path of the file; None if the file is listed but not available on this machine.
     sha256 : str
-        Digest of the file (an AMC with its ASF) when it was found; empty if it is not on this machine.
+        Digest of the file (of an AMC with its ASF) when it was listed; empty if the file is not available.
     mapping : SourceMapping or None
-        None: the one that ships and fits best.
+        Mapping of its points to joints; None for the best shipped one.
     frame_rate_hz : float
-        0: the file's own.
+        Frames per second, if the file does not state them; 0 if not given.
     units : str
-        Empty: the file's own.
+        Unit of length, if the file does not state it; empty if not given.
     subject : str
-        Who, in a file of several people.
+        Person to read, in a file with several people.
     mismatch : Remark
-        Why the file is not the recording that the table lists; empty if it is.
+        Difference of the file from the listed recording; empty if they are equal.
     statics : tuple of Path
-        What may be its static trial, for markers that it lacks.
+        Candidates for its static trial, which may add missing markers.
     up : UpAxis
-        ``auto``: the axis along which its joints stand.
+        Axis that points up; ``auto`` to infer it from the upright body.
     """
 
     name: str
@@ -76,7 +77,7 @@ class Clip:
 
     @property
     def identity(self) -> dict[str, Any]:
-        """What an artefact made of this clip depends on, which the folder of the file is not."""
+        """Values that identify this clip in the cache; the folder of the file is not one of them."""
         mapping = self.mapping or mappings.shipped()
         return {
             **asdict(self),
@@ -88,20 +89,20 @@ class Clip:
 
 @dataclass(frozen=True)
 class Listing:
-    """The table of public recordings and the folders that may hold them.
+    """Table of public recordings, and the folders with their files.
 
     Attributes
     ----------
     table : Path
-        ``data/sources.csv``.
+        Path of the table, ``data/sources.csv`` by default.
     raw : Path
-        Folder of ``make data``.
+        Folder to which ``make data`` downloads.
     mirror : sequence of Path
-        Folders of the same files, used for those that `raw` lacks.
+        Folders with copies of the files, for files that `raw` lacks.
     skeletons : mapping of str to SourceMapping
-        By the table's skeleton column.
+        Mappings, by the skeleton column of the table.
     same_person : sequence of sequence of str
-        Subjects that are one person.
+        Groups of subjects that are the same person.
     """
 
     table: Path
@@ -111,32 +112,32 @@ class Listing:
     same_person: Sequence[Sequence[str]] = ()
 
 
-def listing_table(named: str) -> Path:
-    """Return the table of recordings: the one named, or where there is none, the one of the package."""
-    table = Path(named)
+def listing_table(option: str) -> Path:
+    """Return the table of recordings: the file of the option, or the packaged table if that file does not exist."""
+    table = Path(option)
     return table if table.is_file() or table.parent != Path("data") else DATA / table.name
 
 
 def mirror_folders(mirror: str) -> list[Path]:
-    """Return the folders of the mirror, which are separated as in PATH."""
+    """Return the folders of the mirror option, which are separated as in PATH."""
     return [Path(folder) for folder in mirror.split(os.pathsep) if folder]
 
 
 def listed_clips(listing: Listing, sources: Sequence[str], action: str) -> tuple[list[Clip], list[Clip]]:
-    """Return the clips of the table that are on this machine, in order, and those that are not, as listed.
+    """Return the listed clips that are available on this machine, sorted, and the others in the table's order.
 
     Parameters
     ----------
     listing : Listing
     sources : sequence of str
-        Names, or patterns of them.
+        Names of sources, or patterns.
     action : str
-        The beginning of the table's action up to a colon, or the whole of it.
+        Action in the table, complete or up to a colon.
 
     Raises
     ------
     InvalidInput
-        If the table lists none, or none is on this machine.
+        If the table lists no such clip, or none is available.
     """
     listed = fetch.read_sources(listing.table)
     digests = {row["path"]: row["sha256"] for row in listed}
@@ -149,7 +150,7 @@ def listed_clips(listing: Listing, sources: Sequence[str], action: str) -> tuple
     ]
     if not rows:
         raise InvalidInput(
-            f"no recording of {action or 'an action without a name'} by these sources is listed",
+            f"the table lists no recording of {action or 'an action without a name'} from these sources",
             listing.table,
             ", ".join(sources),
             code="nothing_listed",
@@ -174,9 +175,9 @@ def listed_clips(listing: Listing, sources: Sequence[str], action: str) -> tuple
     present = [clip for clip in clips if clip.path]
     if not present:
         raise InvalidInput(
-            f"none of the {len(clips)} recordings is on this machine",
+            f"none of the {len(clips)} recordings is available on this machine",
             listing.raw,
-            "`make data` to fetch them, or data.mirror= (or MOCAP_MIRROR) naming a folder that has them",
+            "`make data` to fetch them, or their folder in data.mirror= (or MOCAP_MIRROR)",
             code="not_fetched",
         )
     absent = [clip for clip in clips if not clip.path]
@@ -184,7 +185,7 @@ def listed_clips(listing: Listing, sources: Sequence[str], action: str) -> tuple
 
 
 def _mismatch(path: Path, name: str, digests: Mapping[str, str]) -> Remark:
-    """Return how a file, or the skeleton read with it, differs from what the table lists; empty if it does not."""
+    """Return a remark if a file, or a file read with it, differs from the table; else an empty one."""
     top = path.parents[len(PurePosixPath(name).parts) - 1]
     for file in _read_together(path):
         listed_as = Path(os.path.relpath(file, top)).as_posix()
@@ -192,7 +193,7 @@ def _mismatch(path: Path, name: str, digests: Mapping[str, str]) -> Remark:
         if received != expected:
             sentence = str(
                 InvalidInput(
-                    "the file is not the recording that the table lists (`make data` fetches it again)",
+                    "the file differs from the listed recording: run `make data` to fetch it again",
                     listed_as,
                     f"sha256 {expected[:12]}…" if expected else "a file that the table lists",
                     f"{received[:12]}…",
@@ -214,48 +215,48 @@ def folder_clips(
     up: UpAxis = UpAxis.auto,
     source: str = "folder",
 ) -> list[Clip]:
-    """Return the readable files below the user's folder.
+    """Return the recordings in the user's folder and its subfolders.
 
     Parameters
     ----------
     path, pattern : str
-        The folder, and the pattern of files below it.
+        Folder, and pattern of the file names in it.
     person : str
-        Regular expression on the file's name, or on its path below the folder if there is a / in it; its first group
-        names the person.
+        Regular expression for the file name, or for the path below the folder if it contains a slash.  Its first group
+        is the person.
     skeleton : SourceMapping or None
-        None: for each file the one that ships and fits best.
+        Mapping of the points; None for the best shipped one of each file.
     frame_rate_hz : float
-        For files that do not say; 0: the file's own.
+        Frames per second for files that do not state them; 0 if not given.
     units : str
-        For files that do not say.
+        Unit of length for files that do not state it.
     subject : str
-        Who, in files of several people.
+        Person to read, in files with several people.
     up : UpAxis
-        Axis that points up; ``auto``: for each file the one along which its joints stand.
+        Axis that points up; ``auto`` to infer it for each file.
     source : str
         Name of the laboratory.
 
     Raises
     ------
     InvalidInput
-        If there is no such folder, no motion capture in it, or a pattern is not one.
+        If the folder does not exist or has no motion capture files, or a pattern is invalid.
     """
     folder = Path(path)
     if not path or not folder.is_dir():
-        expected = "the folder of the recordings; data.pattern=NAME chooses among them"
+        expected = "the folder of the recordings; data.pattern=NAME selects files in it"
         raise InvalidInput(
             "must be a folder that exists", "data.path", expected, path or "nothing", code="no_folder"
         )
     try:
         files = sorted(p for p in folder.glob(pattern) if p.is_file() and not p.name.startswith("."))
-    except (ValueError, NotImplementedError, IndexError):  # how glob refuses differs between Pythons
-        wrong = "must be a pattern such as **/*.c3d"
-        raise InvalidInput(wrong, "data.pattern", received=pattern, code="bad_pattern") from None
+    except (ValueError, NotImplementedError, IndexError):  # the error of glob depends on the Python version
+        message = "must be a pattern such as **/*.c3d"
+        raise InvalidInput(message, "data.pattern", received=pattern, code="bad_pattern") from None
     readable = [p for p in files if formats.is_recording(p)]
     if not readable:
         raise InvalidInput(
-            "no motion capture in the folder",
+            "the folder has no motion capture files",
             f"{path}/{pattern}",
             "files ending in " + " ".join(formats.READERS),
             ", ".join(sorted({p.suffix or p.name for p in files})[:5]) or "an empty folder",
@@ -264,20 +265,20 @@ def folder_clips(
     try:
         names = re.compile(person)
     except re.error as error:
-        wrong = f"not a regular expression: {error}"
-        raise InvalidInput(wrong, "data.person", received=person, code="bad_pattern") from None
+        message = f"not a regular expression: {error}"
+        raise InvalidInput(message, "data.person", received=person, code="bad_pattern") from None
     clips = []
     for file in readable:
         name = file.relative_to(folder).as_posix()
-        found = names.search(name if "/" in person else file.stem)
-        who = found.group(1 if found.groups() else 0) if found else ""
-        # What a table cannot hold: bytes that are no UTF-8, line breaks and other control characters.
+        match = names.search(name if "/" in person else file.stem)
+        subject_name = match.group(1 if match.groups() else 0) if match else ""
+        # Tables cannot store bytes that are not UTF-8, line breaks and other control characters.
         plain = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in name)
-        who = "" if plain != name else who
+        subject_name = "" if plain != name else subject_name
         clips.append(
             Clip(
                 name=plain,
-                person=who or PurePosixPath(plain).stem,
+                person=subject_name or PurePosixPath(plain).stem,
                 source=source,
                 action="",
                 path=file,
@@ -287,7 +288,7 @@ def folder_clips(
                 units=units,
                 subject=subject,
                 up=up,
-                mismatch=_UNPRINTABLE if plain != name else _NO_FAULT if found else _NOBODY,
+                mismatch=_UNPRINTABLE if plain != name else _NO_FAULT if match else _NO_PERSON,
             )
         )
     statics = static_trials({clip.path: clip.person for clip in clips if clip.path})
@@ -295,57 +296,57 @@ def folder_clips(
 
 
 def static_trials(files: Mapping[Path, str]) -> dict[Path, tuple[Path, ...]]:
-    """Return for each recording those that may be its static trial.
+    """Return the candidates for the static trial of each recording.
 
     Parameters
     ----------
     files : mapping of Path to str
-        Recordings, and whom each shows.
+        Recordings, and the person in each.
 
     Returns
     -------
     dict
-        Files of the same person that are named so, and those of the same folder that name nobody (``static.c3d``);
-        without any, the first `MOST_TRIED` others of the person.
+        Files of the same person with a name such as ``static``, and such files of the folder without a person's name
+        (``static.c3d``).  Without any, the first `MAX_STATIC_CANDIDATES` other files of the person.
     """
-    of_person: dict[str, list[Path]] = {}
-    of_folder: dict[Path, list[Path]] = {}
-    for path, who in files.items():
-        of_person.setdefault(who, []).append(path)
-        if _NAMED.match(who):
-            of_folder.setdefault(path.parent, []).append(path)
-    found = {}
-    for path, who in files.items():
-        others = [other for other in of_person[who] if other != path]
-        named = [other for other in others if _NAMED.search(other.stem)]
-        named += [other for other in of_folder.get(path.parent, []) if other not in (path, *named)]
-        found[path] = tuple(named or others[:MOST_TRIED])
-    return found
+    files_by_person: dict[str, list[Path]] = {}
+    static_by_folder: dict[Path, list[Path]] = {}
+    for path, person in files.items():
+        files_by_person.setdefault(person, []).append(path)
+        if _STATIC.match(person):
+            static_by_folder.setdefault(path.parent, []).append(path)
+    candidates = {}
+    for path, person in files.items():
+        others = [other for other in files_by_person[person] if other != path]
+        statics = [other for other in others if _STATIC.search(other.stem)]
+        statics += [other for other in static_by_folder.get(path.parent, []) if other not in (path, *statics)]
+        candidates[path] = tuple(statics or others[:MAX_STATIC_CANDIDATES])
+    return candidates
 
 
 def digest(path: Path) -> str:
-    """Return the sha256 of a recording; of an AMC, of it and its skeleton."""
+    """Return the sha256 of a recording, including the files that are read with it."""
     digests = [file_digest(file) for file in _read_together(path)]
     return digests[0] if len(digests) == 1 else hashlib.sha256("".join(digests).encode()).hexdigest()
 
 
 def _read_together(path: Path) -> list[Path]:
-    """Return the files that a recording is read from: itself and, for an AMC, its skeleton, for BIDS, its titles."""
-    files = [path, *bids.beside(path)]
+    """Return the files of a recording: itself, the skeleton of an AMC, the sidecar files of BIDS."""
+    files = [path, *bids.sidecar_files(path)]
     if path.suffix.lower() == ".amc":
-        with suppress(InvalidInput):  # a missing skeleton is refused when the clip is read
+        with suppress(InvalidInput):  # a missing skeleton raises when the clip is read
             files.append(acclaim.skeleton_of(path))
     return files
 
 
 def file_digest(path: Path) -> str:
-    """Return the sha256 of a file, cached by its size and time of change."""
+    """Return the sha256 of a file, cached by size and modification time."""
     try:
         stat = path.stat()
         return _sha256_of_version(path, stat.st_size, stat.st_mtime_ns)
     except OSError as error:
         raise InvalidInput(
-            f"cannot be read: {error.strerror}", error.filename or path, code="unreadable"
+            f"the file cannot be read: {error.strerror}", error.filename or path, code="unreadable"
         ) from None
 
 

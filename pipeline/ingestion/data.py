@@ -1,6 +1,6 @@
-"""Data sets: where clips of each kind come from.
+"""Data sets: sources of the clips of each kind.
 
-A data set names a corpus for each kind of clips; `Data.request` turns its options into the request for one of them.
+`Data.request` turns the options of a data set into the request for a corpus, the clips of one kind.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from pipeline.validation import CountOrAll, InvalidInput, NonNegative, Options
 
 
 class SyntheticData(SyntheticPeople):
-    """Synthetic people."""
+    """Data set of synthetic people."""
 
     def request(self, corpus: Corpus, skeleton: Skeleton, seed: int, workers: int) -> Request:
         """Return the request for synthetic people."""
@@ -48,65 +48,65 @@ class SyntheticData(SyntheticPeople):
             "clips": ({"clips": self.clips}, lambda: varied.synthetic_clips(self.clips, seed), varied),
         }
         options, make, source = makers[corpus.name]
-        letting_go = partial(walks.walks_let_go, self, seed, workers) if corpus is WALKS else None
-        return Request({**options, "seed": seed}, make, source.__name__, letting_go)
+        streaming = partial(walks.streamed_walks, self, seed, workers) if corpus is WALKS else None
+        return Request({**options, "seed": seed}, make, source.__name__, streaming)
 
 
 class Cut(StrEnum):
-    """Which part of a recording is one performance."""
+    """Part of a recording that is used as a performance."""
 
     whole = "whole"
-    """The recording."""
+    """Complete recording."""
     cycles = "cycles"
-    """The middle cycle of a steady walk."""
+    """Middle cycle of a steady walk."""
 
 
 class NamedClips(Options):
-    """Which recordings hold clips of one kind."""
+    """Selection of recordings for a kind of clips."""
 
-    sources: list[str] = []  # of the table; * stands for all
-    action: str = ""  # beginning of the table's action, or the whole of it
-    limit: CountOrAll = 0  # at most so many clips, of walks so many people; 0: all
+    sources: list[str] = []  # sources in the table; * for all
+    action: str = ""  # action in the table, complete or up to a colon
+    limit: CountOrAll = 0  # largest number of clips, or of people for walks; 0: all
 
 
 class RecordedPerformances(NamedClips):
-    """Which recordings hold performances of one action."""
+    """Selection of recordings for performances of an action."""
 
     cut: Cut = Cut.whole
 
 
 class Recordings(Data):
-    """Options of every data set of recordings."""
+    """Common options of the data sets of recordings."""
 
     steady: Steady = Steady()
     performances: RecordedPerformances = RecordedPerformances()
     clips: NamedClips = NamedClips()
 
     def named(self, corpus: Corpus) -> NamedClips:
-        """Return which recordings hold clips of one kind."""
-        found: NamedClips = getattr(self, corpus.name)
-        return found
+        """Return the selection of recordings for a kind of clips."""
+        selection: NamedClips = getattr(self, corpus.name)
+        return selection
 
     @property
     def walks(self) -> NamedClips:
-        """Which recordings hold walks."""
+        """Selection of recordings for walks."""
         return NamedClips(limit=self.walkers)
 
     def choose(self, corpus: Corpus, clips: list[Clip]) -> list[Clip]:
-        """Return the clips of so many people, of walks, or so many clips, people taking turns, as are asked for."""
+        """Limit the clips: to the first people for walks, else to a number of clips from alternating people."""
         return (first_people if corpus is WALKS else in_turn)(clips, self.named(corpus).limit)
 
     def request_for(self, corpus: Corpus, clips: Sequence[Clip], workers: int, missing: Missing) -> Request:
-        """Return the request for these recordings; `missing` is for walks, of the other kinds all joints are needed."""
-        steady, wanted = self.steady, self.performances
-        cycles = wanted.cut is Cut.cycles
+        """Return the request for these recordings; `missing` applies to walks, other kinds need all joints."""
+        steady, selection = self.steady, self.performances
+        cycles = selection.cut is Cut.cycles
         makers: dict[str, tuple[dict[str, Any], Callable[[], Clips]]] = {
             "walks": (
                 {"steady": steady, "missing": missing.value},
                 lambda: recorded.recorded_walks(clips, steady, workers, missing),
             ),
             "performances": (
-                {"performances": wanted, "steady": steady},
+                {"performances": selection, "steady": steady},
                 lambda: recorded.recorded_performances(clips, steady, workers, cycles=cycles),
             ),
             "clips": (
@@ -121,21 +121,21 @@ class Recordings(Data):
 class RecordedData(Recordings):
     """Public recordings listed in `data/sources.csv`."""
 
-    sources: list[str]  # of walks; * stands for all
-    action: str = "walk"  # of walks, as the table has it
-    table: str = "data/sources.csv"  # of all files: source, subject, action, address, sha256
+    sources: list[str]  # sources of walks in the table; * for all
+    action: str = "walk"  # action of walks in the table
+    table: str = "data/sources.csv"  # table of all files: source, subject, action, address, sha256
     raw: str = "data/raw"  # folder of downloaded files
-    mirror: str = ""  # folders that hold the same files, with : between them; read where raw lacks one
-    folders: list[str] = []  # of your own walks: a further source each
+    mirror: str = ""  # folders with copies of these files, separated by :, for files that raw lacks
+    folders: list[str] = []  # folders of your own walks; each is a further source
     person: str = (
-        "^([^_.]+)"  # in folders: regular expression on the file's name; its first group names the person
+        "^([^_.]+)"  # for folders: regular expression for the file name; its first group is the person
     )
-    skeletons: list[str] = []  # mappings of the table's skeleton column
-    same_person: list[list[str]] = []  # subjects that are one person
+    skeletons: list[str] = []  # mappings in the skeleton column of the table
+    same_person: list[list[str]] = []  # groups of subjects that are the same person
 
     @property
     def walks(self) -> NamedClips:
-        """Which recordings hold walks."""
+        """Selection of recordings for walks."""
         return NamedClips(sources=self.sources, action=self.action, limit=self.walkers)
 
     @property
@@ -152,7 +152,7 @@ class RecordedData(Recordings):
         """Raise InvalidInput if no source is named for this kind of clips."""
         if not self.named(corpus).sources:
             raise InvalidInput(
-                f"the data set {self.name} holds no {corpus.words}",
+                f"the data set {self.name} has no {corpus.words}",
                 "data",
                 code="no_clips_of_this_kind",
                 data=self.name,
@@ -160,14 +160,14 @@ class RecordedData(Recordings):
             )
 
     def request(self, corpus: Corpus, skeleton: Skeleton, seed: int, workers: int) -> Request:
-        """Return the request for the recordings of the table, those that are not on this machine last."""
+        """Return the request for the recordings of the table, with unavailable ones at the end."""
         self.require(corpus)
-        known = {name: mappings.shipped()[name] for name in self.skeletons}
-        listing = Listing(self.listing, Path(self.raw), self.mirrors, known, self.same_person)
+        skeletons = {name: mappings.shipped()[name] for name in self.skeletons}
+        listing = Listing(self.listing, Path(self.raw), self.mirrors, skeletons, self.same_person)
         named = self.named(corpus)
         present, absent = listed_clips(listing, named.sources, named.action)
         if corpus is WALKS:
-            for folder in self.folders:  # each a source
+            for folder in self.folders:  # each folder is a source
                 name = Path(folder).resolve().name
                 present += [
                     replace(clip, name=f"{name}/{clip.name}", person=f"{name}/{clip.person}")
@@ -177,27 +177,23 @@ class RecordedData(Recordings):
 
 
 BY_FOLDER = "^(.+?)/"
-"""Pattern of `FolderData.person`, if each folder is a person's."""
-WHOSE = f"'{BY_FOLDER}' if each folder is a person's, '([^/_.]+)[^/]*$' if they are of one person"
-"""What `FolderData.person` can be, where files have one name."""
+"""Pattern of `FolderData.person` for a folder per person."""
+WHOSE = f"'{BY_FOLDER}' if each folder has a person, '([^/_.]+)[^/]*$' if all files are of one person"
+"""Advice on `FolderData.person` for files with the same name."""
 
 
 class FolderData(Recordings):
     """The user's own files."""
 
     path: str = ""  # folder of files
-    pattern: str = "**/*"  # of their names, below the folder
-    person: str = "^([^_.]+)"  # regular expression on the file's name; its first group names the person
+    pattern: str = "**/*"  # pattern of the file names, below the folder
+    person: str = "^([^_.]+)"  # regular expression for the file name; its first group is the person
     frame_rate_hz: NonNegative = (
-        0.0  # for files that do not say (AMC: 120, CSV without time); 0: the file's own
+        0.0  # for files that do not state it (AMC: 120, CSV without time); 0: not given
     )
-    units: str = ""  # for files that do not say: mm, cm, m, in
-    subject: str = (
-        ""  # who, in files of several people: the beginning of the points' names, or a number from 1
-    )
-    up: UpAxis = (
-        UpAxis.auto
-    )  # axis that points up: x, y, z, -x, -y, -z; auto: the one along which joints stand
+    units: str = ""  # for files that do not state it: mm, cm, m, in
+    subject: str = ""  # person in files with several people: prefix of the point names, or a number from 1
+    up: UpAxis = UpAxis.auto  # axis that points up: x, y, z, -x, -y, -z; auto: inferred from the upright body
 
     def request(self, corpus: Corpus, skeleton: Skeleton, seed: int, workers: int) -> Request:
         """Return the request for the files below the folder."""
@@ -211,13 +207,13 @@ class FolderData(Recordings):
             subject=self.subject,
             up=self.up,
         )
-        known: dict[str, str] = {}
+        first_by_name: dict[str, str] = {}
         for clip in (
             clips if self.person == FolderData.person else ()
-        ):  # which would take them for one person's
-            if (first := known.setdefault(PurePosixPath(clip.name).name, clip.name)) != clip.name:
+        ):  # the default pattern would assign them to the same person
+            if (first := first_by_name.setdefault(PurePosixPath(clip.name).name, clip.name)) != clip.name:
                 raise InvalidInput(
-                    "files of one name in several folders: whose they are is not known",
+                    "several folders have files with the same name: the person is unclear",
                     "data.person",
                     WHOSE,
                     f"{first}, {clip.name}",
@@ -228,7 +224,7 @@ class FolderData(Recordings):
 
 
 def in_turn(clips: list[Clip], limit: int) -> list[Clip]:
-    """Return at most `limit` clips, one from each person in turn, in the order given; all if the limit is 0."""
+    """Select at most `limit` clips from alternating people, in the original order; all if the limit is 0."""
     if limit <= 0 or limit >= len(clips):
         return clips
     people = [clip.person for clip in clips]
@@ -237,10 +233,10 @@ def in_turn(clips: list[Clip], limit: int) -> list[Clip]:
 
 
 def first_people(clips: list[Clip], limit: int) -> list[Clip]:
-    """Return the clips of the first `limit` people; all if the limit is 0."""
+    """Select the clips of the first `limit` people; all if the limit is 0."""
     people = list(dict.fromkeys(clip.person for clip in clips))
-    chosen = people[: limit if limit > 0 else None]
-    return [clip for clip in clips if clip.person in chosen]
+    selected = people[: limit if limit > 0 else None]
+    return [clip for clip in clips if clip.person in selected]
 
 
 DATA_SETS = {
@@ -249,4 +245,4 @@ DATA_SETS = {
     "folder": FolderData,
     "author": AuthorData,
 }
-"""What the data sets of ``conf/data`` extend."""
+"""Classes that the data sets of ``conf/data`` extend, by name."""

@@ -1,8 +1,8 @@
-"""From a file to joints: read, complete by a static trial, choose person and mapping, repair labels, map, check.
+"""Joints of a recording: read the file, add markers of a static trial, select person and mapping, repair labels.
 
-A static trial is a recording of somebody who stands still with markers on knees and ankles.  Laboratories that track
-segments by technical clusters record one.  Each of these markers is rigid with the segment above its joint, and so
-with the cluster beside that segment, which carries it along in a walk.
+In a static trial, a person stands still with markers on knees and ankles.  Laboratories that track segments by
+technical clusters record such a trial.  Each of these markers is rigid with the segment above its joint, and so with
+the cluster on that segment, from which its position in a walk is computed.
 """
 
 from __future__ import annotations
@@ -28,99 +28,102 @@ from pipeline.skeleton.source_mapping import SourceMapping, UpAxis
 from pipeline.validation import InvalidInput, listed, told_apart
 
 MAX_MOTION = 0.02
-"""Largest motion (root mean square) of three quarters of the points of a standing person, over the body's size."""
+"""Largest root mean square motion of three quarters of the points of a standing person, relative to body size."""
 
 SLACK = 0.012
-"""Largest root mean square change of distances within a segment, over the length of the legs: 10 mm."""
+"""Largest root mean square change of distances within a segment, relative to leg length: about 10 mm."""
 
 AT_JOINT = 0.12
-"""Largest distance of a marker from the joint that it marks, over the length of the legs: 100 mm."""
+"""Largest distance of a marker from its joint, relative to leg length: about 100 mm."""
 
 _SIDES = {"l": "left", "r": "right"}
 _SEGMENTS = (("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "wrist"))
 """Segments by their upper and lower joints."""
 
 _AT_A_JOINT = re.compile(r"kne|(?<!sh)ank|hip|hjc|troch|condy|asi|ias|elb|wri|sho|acr|foot|heel|calc|hand")
-"""Names of points at joints, which belong to no technical cluster."""
+"""Words in the names of points at joints, which are not part of a technical cluster."""
 
 EXCHANGED = "labels_exchanged"
-"""Code of a remark on labels that change places."""
+"""Code of a remark on exchanged labels."""
 
 EXCHANGE_RATIO = 1.5
-"""Ratio of the paths of two points as labelled and with labels exchanged, above which the labels are exchanged."""
+"""Ratio of the path lengths with the given and with exchanged labels, above which labels are exchanged."""
 
 MIN_JUMP = 0.05
-"""Shortest such path, over the root mean square distance of the points from their middle: 25 mm of a body."""
+"""Shortest path of an exchange, relative to the root mean square distance of the points from their centre."""
 
 MAX_GAP_S = 0.25
-"""Longest gap across which a path is followed."""
+"""Longest gap that a path may cross, s."""
 
 MAX_EXCHANGED = 0.25
-"""Largest share of frames that are exchanged back; beyond it the right labels are unknown."""
+"""Largest share of frames that are exchanged back; above it the correct labels are unknown."""
 
 
 def read_clip(clip: Clip) -> tuple[MotionCapture, np.ndarray, np.ndarray]:
-    """Return the content of the file, its joints' positions (T, 15, 3), mm, and where they are valid (T, 15).
+    """Read a recording; return it with the positions of its joints (T, 15, 3), mm, and their validity (T, 15).
 
-    Joints above the legs that the file does not give are never valid.
+    Joints above the legs that the recording lacks are never valid.
 
     Raises
     ------
     InvalidInput
-        If the file is missing, differs from the table, changed since it was found, cannot be read, or gives no legs.
+        If the file is missing, differs from the table, changed during the run, cannot be read, or has no legs.
     """
     if clip.path is None:
-        raise InvalidInput("not on this machine", expected="`make data` to fetch it", code="not_fetched")
+        raise InvalidInput(
+            "the file is not available", expected="`make data` to fetch it", code="not_fetched"
+        )
     if clip.mismatch:
         raise InvalidInput(clip.mismatch, code=clip.mismatch.code)
     if digest(clip.path) != clip.sha256:
         raise InvalidInput("the file changed during this run", clip.name, code="file_changed")
     stated: dict[str, Any] = {"frame_rate_hz": clip.frame_rate_hz or None, "units": clip.units or None}
     motion = formats.read(clip.path, **stated, up=clip.up)
-    known = [clip.mapping] if clip.mapping else list(mappings.shipped().values())
-    motion = completed(motion, known, clip.statics, **stated) if clip.statics else motion
+    candidates = [clip.mapping] if clip.mapping else list(mappings.shipped().values())
+    motion = completed(motion, candidates, clip.statics, **stated) if clip.statics else motion
     return joints_of(motion, clip.mapping, clip.subject)
 
 
 def completed(
     motion: MotionCapture,
-    known: Sequence[SourceMapping],
+    candidates: Sequence[SourceMapping],
     files: Sequence[Path],
     *,
     units: str | None = None,
     frame_rate_hz: float | None = None,
 ) -> MotionCapture:
-    """Return a recording with what the first fitting static trial adds; as it is, if it needs none or none fits."""
-    if mappings.suggest(motion, known).usable:
+    """Add the markers of the first suitable static trial; unchanged if none is needed or suitable."""
+    if mappings.suggest(motion, candidates).usable:
         return motion
     for path in files:
         try:
-            added = carry(motion, standing(path, units=units, frame_rate_hz=frame_rate_hz), path.name, known)
-        except InvalidInput:  # another trial, which has a line of its own in every report
+            posture = standing(path, units=units, frame_rate_hz=frame_rate_hz)
+            added = carry(motion, posture, path.name, candidates)
+        except InvalidInput:  # reported in the row of that recording
             continue
-        if mappings.suggest(added, known).usable:
+        if mappings.suggest(added, candidates).usable:
             return added
     return motion
 
 
 def standing(path: Path, *, units: str | None = None, frame_rate_hz: float | None = None) -> MotionCapture:
-    """Return the posture of a static trial, one frame of the points that were seen.
+    """Return the posture of a static trial: a single frame with the measured points.
 
     Raises
     ------
     InvalidInput
-        If the file cannot be read or somebody moves in it.
+        If the file cannot be read, or the person moves.
     """
     try:
         stamp = path.stat().st_mtime_ns
     except OSError as error:
         raise InvalidInput(
-            "cannot be read", path.name, received=error.strerror or "", code="unreadable"
+            "the file cannot be read", path.name, received=error.strerror or "", code="unreadable"
         ) from None
     posture, share = _posture(path, stamp, units, frame_rate_hz)
     if share > MAX_MOTION:
         raise InvalidInput(
-            "nobody stands still in the static trial",
+            "the person does not stand still in the static trial",
             path.name,
             f"points within {MAX_MOTION:.0%} of the body's size",
             f"{told_apart(100 * share, 100 * MAX_MOTION, 0)} %",
@@ -133,17 +136,17 @@ def standing(path: Path, *, units: str | None = None, frame_rate_hz: float | Non
 def _posture(
     path: Path, stamp: int, units: str | None, frame_rate_hz: float | None
 ) -> tuple[MotionCapture, float]:
-    """The median place of each point that was seen, and how far the median point moves about it, rms, mm."""
+    """Median position of each measured point, and the root mean square motion of three quarters of the points."""
     motion = formats.read(path, units=units, frame_rate_hz=frame_rate_hz)
-    seen = np.flatnonzero(motion.valid.any(axis=0))
-    place = np.nanmedian(motion.positions_mm[:, seen], axis=0)
-    names = tuple(motion.names[k] for k in seen)
-    posture = replace(motion, names=names, positions_mm=place[None], valid=np.ones((1, len(seen)), bool))
+    measured = np.flatnonzero(motion.valid.any(axis=0))
+    median = np.nanmedian(motion.positions_mm[:, measured], axis=0)
+    names = tuple(motion.names[k] for k in measured)
+    posture = replace(motion, names=names, positions_mm=median[None], valid=np.ones((1, len(measured)), bool))
     return posture, moves(motion.positions_mm)
 
 
 def moves(positions: np.ndarray) -> float:
-    """Return how far three quarters of points (T, P, 3) move at most, rms about their places, to the body's size."""
+    """Upper quartile of the root mean square motion of points (T, P, 3), relative to body size."""
     positions = positions[:, np.isfinite(positions).all(axis=-1).any(axis=0)]
     if not positions.size:
         return np.inf
@@ -154,134 +157,137 @@ def moves(positions: np.ndarray) -> float:
 
 
 def _size(positions: np.ndarray) -> float:
-    """Extent of a body along its longest axis, in the frame of (T, P, 3) that shows most of its points."""
+    """Extent of the points (T, P, 3) along the longest axis, in the frame with most points."""
     fullest = positions[np.isfinite(positions).all(axis=-1).sum(axis=1).argmax()]
     return float(np.ptp(fullest[np.isfinite(fullest).all(axis=-1)], axis=0).max())
 
 
 def carry(
-    motion: MotionCapture, posture: MotionCapture, name: str, known: Sequence[SourceMapping]
+    motion: MotionCapture, posture: MotionCapture, name: str, candidates: Sequence[SourceMapping]
 ) -> MotionCapture:
-    """Return a recording with the markers of a static trial that it lacks, carried along by clusters of points.
+    """Add missing markers of a static trial to a recording, by the rigid motion of clusters of points.
 
     Parameters
     ----------
     motion : MotionCapture
     posture : MotionCapture
-        Of the static trial, one frame, in whatever axes.
+        Posture of the static trial: one frame, in any axes.
     name : str
-        Of the static trial, for the note on what was carried by what, with the residual of each cluster.
-    known : sequence of SourceMapping
-        Mappings of which one gives legs and pelvis of the static trial.
+        Name of the static trial, for a note with the markers, the clusters and their residuals.
+    candidates : sequence of SourceMapping
+        Mappings; one of them must give legs and pelvis of the static trial.
 
     Raises
     ------
     InvalidInput
-        If none does, or no cluster carries anything.
+        If no mapping gives legs and pelvis, or no cluster moves with a missing marker.
     """
-    fit = mappings.suggest(posture, known)
+    fit = mappings.suggest(posture, candidates)
     if not fit.usable:
         lacking = listed(fit.lacking)
         raise InvalidInput(
-            "the static trial gives no legs and pelvis", name, received=f"no {lacking}", code="no_legs"
+            "the static trial lacks legs or pelvis", name, received=f"no {lacking}", code="no_legs"
         )
-    place = with_z_up(posture.positions_mm[0], up_axis(posture, fit.mapping))
+    standing_points = with_z_up(posture.positions_mm[0], up_axis(posture, fit.mapping))
     mapped, _ = map_joints(posture, fit.mapping)
     joints = dict(zip(WALKER15.joints, mapped[0], strict=True))
-    leg = walking.leg_length(mapped)  # in the unit of both files, whatever it is
+    leg = walking.leg_length(mapped)  # in the unit of both files
     factor, _ = mappings.rescaled(posture, fit.mapping, leg)
     source = MappedPoints(posture, fit.mapping)
-    seen = np.asarray(motion.valid.any(axis=0))
-    there = {plain_name(point): k for k, point in enumerate(posture.names)}
-    here = {plain_name(point): k for k, point in enumerate(motion.names) if seen[k]}
+    measured = np.asarray(motion.valid.any(axis=0))
+    static_index = {plain_name(point): k for k, point in enumerate(posture.names)}
+    moving_index = {plain_name(point): k for k, point in enumerate(motion.names) if measured[k]}
     names, positions, sentences = [], [], []
     for side, other in ("lr", "rl"):
         shared = [
-            point for point in there if point[0] == side and other + point[1:] in there and point in here
+            point
+            for point in static_index
+            if point[0] == side and other + point[1:] in static_index and point in moving_index
         ]
-        static, moving = np.array([[there[point], here[point]] for point in shared], int).reshape(-1, 2).T
+        pairs = [[static_index[point], moving_index[point]] for point in shared]
+        static, moving = np.array(pairs, int).reshape(-1, 2).T
         ends = np.array([[joints[f"{_SIDES[side]}_{end}"] for end in pair] for pair in _SEGMENTS])
         groups: dict[int, list[int]] = {}
-        for group in rigid_clusters(motion.positions_mm[:, moving], SLACK * leg, place[static]):
-            groups.setdefault(_beside(place[static[group]].mean(axis=0), ends), group)
+        for group in rigid_clusters(motion.positions_mm[:, moving], SLACK * leg, standing_points[static]):
+            groups.setdefault(_segment_of(standing_points[static[group]].mean(axis=0), ends), group)
         for n, (_, lower) in enumerate(_SEGMENTS):
             joint = f"{_SIDES[side]}_{lower}"
             points = [
                 k
                 for k in source.weights(joint)
-                if plain_name(posture.names[k]) not in here
-                and np.linalg.norm(place[k] - joints[joint]) <= AT_JOINT * leg
+                if plain_name(posture.names[k]) not in moving_index
+                and np.linalg.norm(standing_points[k] - joints[joint]) <= AT_JOINT * leg
             ]
             if not points or n not in groups:
                 continue
             group = groups[n]
-            found = fit_rigid_motion(place[static[group]], motion.positions_mm[:, moving[group]])
-            residual = found.residual_mm[np.isfinite(found.residual_mm)]
+            rigid = fit_rigid_motion(standing_points[static[group]], motion.positions_mm[:, moving[group]])
+            residual = rigid.residual_mm[np.isfinite(rigid.residual_mm)]
             if len(residual):
-                positions.append(found.carry(place[points]))
+                positions.append(rigid.carry(standing_points[points]))
                 names += [posture.names[k] for k in points]
-                by = ", ".join(motion.names[k] for k in moving[group])
+                cluster = ", ".join(motion.names[k] for k in moving[group])
                 rms = factor * np.sqrt(np.mean(residual**2))
-                sentences.append(f"{', '.join(names[-len(points) :])} by {by} (residual {rms:.1f} mm)")
+                sentences.append(f"{', '.join(names[-len(points) :])} by {cluster} (residual {rms:.1f} mm)")
     if not names:
         raise InvalidInput(
-            "no cluster of the walk carries a marker of the static trial",
+            "no cluster of the walk moves with a missing marker of the static trial",
             name,
-            "three points of a thigh or shank that are in both trials",
+            "three points of a thigh or shank in both trials",
             code="no_cluster",
         )
-    kept = [k for k, point in enumerate(motion.names) if seen[k] or point not in names]
-    together = np.concatenate([motion.positions_mm[:, kept], *positions], axis=1)
+    retained = [k for k, point in enumerate(motion.names) if measured[k] or point not in names]
+    together = np.concatenate([motion.positions_mm[:, retained], *positions], axis=1)
     return replace(
         motion,
-        names=(*(motion.names[k] for k in kept), *names),
+        names=(*(motion.names[k] for k in retained), *names),
         positions_mm=together,
         valid=np.isfinite(together).all(axis=-1),
-        notes=(*motion.notes, f"Carried along from the static trial {name}: {'; '.join(sentences)}."),
+        notes=(*motion.notes, f"Added from the static trial {name}: {'; '.join(sentences)}."),
     )
 
 
-def _beside(point: np.ndarray, ends: np.ndarray) -> int:
-    """Return the number of the segment (S, 2, 3) that a point lies beside, between its ends; -1 if it does of none."""
+def _segment_of(point: np.ndarray, ends: np.ndarray) -> int:
+    """Index of the nearest segment (S, 2, 3) with the projection of a point between its ends; -1 if none qualifies."""
     along = ends[:, 1] - ends[:, 0]
     share = ((point - ends[:, 0]) * along).sum(axis=-1) / (along**2).sum(axis=-1)
     away = np.linalg.norm(point - ends[:, 0] - share[:, None] * along, axis=-1)
-    away = np.where((share > 0) & (share < 1), away, np.inf)  # NaN lies between no ends
+    away = np.where((share > 0) & (share < 1), away, np.inf)  # NaN compares false
     return int(away.argmin()) if np.isfinite(away).any() else -1
 
 
 def joints_of(
     motion: MotionCapture, mapping: SourceMapping | None, subject: str = ""
 ) -> tuple[MotionCapture, np.ndarray, np.ndarray]:
-    """Return a recording with notes on what was decided, its joints (T, 15, 3), mm, and where they are valid.
+    """Map a recording; return it with notes, its joints (T, 15, 3), mm, and their validity (T, 15).
 
     Parameters
     ----------
     motion : MotionCapture
     mapping : SourceMapping or None
-        None: the one that ships and fits best.
+        Mapping of the points; None for the best shipped one.
     subject : str
-        Who, in a file of several people.
+        Person to read, in a file with several people.
 
     Raises
     ------
     InvalidInput
-        If nothing was measured, none fits, the mapping does not give legs and pelvis, or nobody of several people is
-        chosen.
+        If nothing was measured, no mapping fits, the mapping lacks legs or pelvis, or `subject` does not select one
+        of several people.
     """
     if not motion.valid.any():
-        raise InvalidInput("no sample of any point was measured", code="nothing_measured")
-    known = list(mappings.shipped().values()) if mapping is None else [mapping]
-    motion = mappings.of_one_person(motion, known, subject)
+        raise InvalidInput("the recording has no measured samples", code="nothing_measured")
+    candidates = list(mappings.shipped().values()) if mapping is None else [mapping]
+    motion = mappings.of_one_person(motion, candidates, subject)
     notes = list(motion.notes)
     if mapping is None:
-        fit = mappings.suggest(motion, known)
+        fit = mappings.suggest(motion, candidates)
         if not fit.usable:
             lacking = listed(fit.lacking)
             raise InvalidInput(
-                "no mapping that ships gives legs and pelvis of this recording",
+                "no shipped mapping gives legs and pelvis of this recording",
                 expected="`python -m pipeline inspect FILE write=my_lab.yaml`, then skeleton=my_lab.yaml",
-                received=f"nearest {fit.mapping.name}, without {lacking}",
+                received=f"best fit {fit.mapping.name}, which lacks {lacking}",
                 code="no_mapping",
                 mapping=fit.mapping.name,
             )
@@ -293,9 +299,7 @@ def joints_of(
     complaints = mappings.check(motion, mapping)
     positions, valid = map_joints(motion, mapping)
     if motion.up == UpAxis.auto and mapping.up not in (UpAxis.auto, up := up_axis(motion, mapping)):
-        sentence = (
-            f"{mapping.name} says that {mapping.up} points up, but the body stands along {up}, which is used"
-        )
+        sentence = f"{mapping.name} declares that {mapping.up} points up, but the body stands along {up}, which is used"
         complaints.append(Complaint("axis", sentence))
     notes = [*motion.notes, *(complaint.sentence for complaint in complaints)]
     factor, sentence = mappings.rescaled(motion, mapping, walking.leg_length(positions))
@@ -304,13 +308,13 @@ def joints_of(
 
 
 def exchanged_back(motion: MotionCapture, points: Iterable[int]) -> MotionCapture:
-    """Return a recording with left and right labels as in most of its frames, and a note on each pair that is not.
+    """Repair exchanged left and right labels, so that most frames keep theirs; each repair is noted.
 
     Parameters
     ----------
     motion : MotionCapture
     points : iterable of int
-        Which points are looked at; those whose names differ by the side alone are pairs.
+        Indices of the points to check; points whose names differ only by the side are pairs.
     """
     named = {plain_name(motion.names[k]): k for k in points}
     pairs = [
@@ -324,19 +328,21 @@ def exchanged_back(motion: MotionCapture, points: Iterable[int]) -> MotionCaptur
         np.sqrt(np.nanmedian(np.nanvar(body[np.isfinite(body).any(axis=(1, 2))], axis=1).sum(axis=-1)))
     )
     for pair in pairs:
-        seen = np.flatnonzero(motion.valid[:, pair].all(axis=1))
-        steps = np.diff(positions[seen][:, pair], axis=0)
-        across = positions[seen][1:, pair] - positions[seen][:-1, pair[::-1]]
-        kept, exchanged = (np.linalg.norm(way, axis=-1).sum(axis=-1) for way in (steps, across))
-        near = np.diff(seen) <= MAX_GAP_S * motion.frame_rate_hz
-        changes = near & (kept > EXCHANGE_RATIO * exchanged) & (kept > MIN_JUMP * size)
+        measured = np.flatnonzero(motion.valid[:, pair].all(axis=1))
+        steps = np.diff(positions[measured][:, pair], axis=0)
+        crossed_steps = positions[measured][1:, pair] - positions[measured][:-1, pair[::-1]]
+        straight, crossed = (np.linalg.norm(step, axis=-1).sum(axis=-1) for step in (steps, crossed_steps))
+        near = np.diff(measured) <= MAX_GAP_S * motion.frame_rate_hz
+        changes = near & (straight > EXCHANGE_RATIO * crossed) & (straight > MIN_JUMP * size)
         if not changes.any():
             continue
         other = np.concatenate([[False], np.cumsum(changes) % 2 == 1])
-        frames = seen[other if other.mean() <= 0.5 else ~other]
-        remark = f"{motion.names[pair[0]]} and {motion.names[pair[1]]} change places: "
-        if len(frames) > MAX_EXCHANGED * len(seen):
-            remark += f"from frame {seen[1:][changes][0]} on their labels differ from those before."
+        frames = measured[other if other.mean() <= 0.5 else ~other]
+        remark = f"{motion.names[pair[0]]} and {motion.names[pair[1]]} have exchanged labels: "
+        if len(frames) > MAX_EXCHANGED * len(measured):
+            remark += (
+                f"the labels change at frame {measured[1:][changes][0]}, and the correct ones are unknown."
+            )
             notes.append(Remark(remark, EXCHANGED))
             continue
         positions[np.ix_(frames, pair)] = positions[np.ix_(frames, pair[::-1])]
@@ -346,20 +352,20 @@ def exchanged_back(motion: MotionCapture, points: Iterable[int]) -> MotionCaptur
 
 
 def technical_clusters(motion: MotionCapture) -> list[list[int]]:
-    """Return groups of points that are stuck on a segment between joints: rigid, of one side, numbered or by place.
+    """Return rigid groups of points on a segment between joints, on one side, with similar names.
 
-    Such are R.Thigh.Upper, R.Thigh.Front, R.Thigh.Rear, or LSK1, LSK2, LSK3; none marks a joint.
+    Examples are R.Thigh.Upper, R.Thigh.Front, R.Thigh.Rear, or LSK1, LSK2, LSK3.  No point of a group marks a joint.
     """
     alike: dict[str, list[int]] = {}
     plain = [plain_name(name) for name in motion.names]
     for k in np.flatnonzero(motion.valid.any(axis=0)):
         if plain[k][:1] in ("l", "r") and not _AT_A_JOINT.search(plain[k]):
             alike.setdefault(plain[k][:3], []).append(int(k))
-    slack = SLACK / 2 * _size(motion.positions_mm) if alike else 0.0  # a body is two legs high
+    slack = SLACK / 2 * _size(motion.positions_mm) if alike else 0.0  # body height is about two leg lengths
     groups = [
         [points[n] for n in group]
         for points in alike.values()
         for group in rigid_clusters(motion.positions_mm[:, points], slack)
     ]
-    # Where one name begins all the others, it may be a joint: LeftLeg, LeftLegTwist1, …
+    # A name that begins all the others may be a joint: LeftLeg, LeftLegTwist1, …
     return [g for g in groups if not any(all(plain[j].startswith(plain[k]) for j in g) for k in g)]

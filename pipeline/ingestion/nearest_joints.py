@@ -1,9 +1,9 @@
-"""A mapping proposed from names and from where points are over the clip: next to which joint of an average walker.
+"""Proposal of a mapping for an unknown marker set, from point names and distances to an average walker.
 
-The average walker of the synthetic population is laid over a recording: scaled, and in every frame shifted, turned
-about the vertical and put into the phase of the step that suits the joints found so far.  Then each joint gets the
-point, or the middle of two points, that names and distance over the clip speak for; both steps take turns a few times.
-Where names tell nothing, the walker starts from several headings.
+The average walker of the synthetic population is scaled to the recording.  In each frame, it is shifted, rotated about
+the vertical, and set to the best phase of the step.  Then each joint gets the point, or the centre of two
+points, with the best name and distance.  The two steps alternate a few times.  If names give no sides, the walker
+starts from several headings.
 """
 
 from __future__ import annotations
@@ -24,26 +24,28 @@ from pipeline.skeleton.source_mapping import Lowering, Rule, SourceMapping, UpAx
 from pipeline.validation import InvalidInput, listed
 
 PHASES, FRAMES, ROUNDS, HEADINGS = 8, 24, 4, 12
+"""Numbers of walker phases, frames, alternations of the two steps, and initial headings."""
+
 NEIGHBOURS_MM = 160.0
-"""Two points of a side that are no farther apart, on a person with legs of `LEG_MM`, may be the sides of one joint."""
+"""Largest distance of two points on the two sides of a joint, for a leg length of `LEG_MM`."""
 
-STRANGE_MM = 250.0
-"""How much nearer a point must be that bears no name of the joint."""
+UNNAMED_PENALTY_MM = 250.0
+"""Penalty on the distance of a point without a name of the joint."""
 
-MOST_NEIGHBOURS = 200
-"""Of more points of a side, as of a dense surface, no two are taken for the sides of a joint."""
+MAX_SIDE_POINTS = 200
+"""Largest number of points on a side for which pairs are considered; a dense surface has more."""
 
 TINY = 1e-9
-"""Scale below which points lie at one place."""
+"""Smallest scale, for points that coincide."""
 
 FAR_MM = 0.4 * LEG_MM
-"""What lies farther from the walker's joint is not that joint."""
+"""Distance that counts for a joint without a point, and largest distance in the choice of the phase."""
 
-FAR_STRANGE_MM = 0.2 * LEG_MM
-"""The same of a point that bears no name of the joint, or a segment's."""
+MAX_UNNAMED_MM = 0.2 * LEG_MM
+"""Largest distance from the walker's joint for a point without a name of the joint, or with a segment's name."""
 
-FAR_NAMED_MM = 2 * FAR_MM
-"""The same of a point that bears the joint's name."""
+MAX_NAMED_MM = 2 * FAR_MM
+"""Largest distance from the walker's joint for a point with the joint's name."""
 
 PART_NAMES = {
     "head": ("head", "hd", "nose", "ear", "skull"),
@@ -56,41 +58,42 @@ PART_NAMES = {
     "knee": ("kne", "condy", "latcon", "medcon", "lfc", "fle", "shin", "shank", "lowerleg"),
     "ankle": ("ank", "mal", "tal", "foot", "heel", "calc"),
 }
-"""Parts of names by which points of a joint are known."""
+"""Words in the names of the points of each joint."""
 
 SEGMENT = re.compile("thigh|shin|shank")
-"""Those of them that name a segment, whose upper end is the joint and whose markers may be anywhere on it."""
+"""Words for a segment, whose upper end is the joint; markers may be anywhere on the segment."""
 
-NOT_A_PLACE = re.compile(r"angle|force|moment|power|grf|progress", re.IGNORECASE)
-"""Names of results of a model that stand among the points of a C3D file and are no points."""
+NOT_A_POINT = re.compile(r"angle|force|moment|power|grf|progress", re.IGNORECASE)
+"""Words in the names of model outputs, which C3D files store like points."""
 
-FEWEST = 7
-"""Points that tell a body, at least."""
+MIN_POINTS = 7
+"""Smallest number of points that can represent a body."""
 
-REMARK = "# Of points whose names say as much, those next to an average walker's joints over the clip were taken.\n"
-"""First line of a file in which such a mapping is written down."""
+REMARK = (
+    "# Among points with similar names, those nearest to the joints of an average walker were selected.\n"
+)
+"""First line of a file with a proposed mapping."""
 
 HIPS = ("left_hip", "right_hip")
 REGRESSIONS = {
     "skin_landmarks": ("L.ASIS", "R.ASIS", "L.PSIS", "R.PSIS", "Sacrum"),
     "trochanters": ("L.GT", "R.GT"),
 }
-"""Mappings whose hips are a regression, and its points, the better one first."""
+"""Mappings with a hip regression, and the points of the regression, the more accurate first."""
 
 PARTS = ("ankle", "knee", "hip", "shoulder", "elbow", "wrist")
 
 
 Points = tuple[int, ...]
-Found = dict[str, Points]
-"""The point of each joint, or the two of whose middle it is."""
+Assignment = dict[str, Points]
+"""Point of each joint, or the two points whose centre is the joint."""
 
 
 def propose(motion: MotionCapture, name: str) -> SourceMapping:
-    """Propose a mapping from names, sides and distance to an average walker, every joint of it guessed.
+    """Propose a mapping from point names, sides and distances to an average walker; every joint is a guess.
 
-    Points of technical clusters, which mark no joint, are left out.  Hips come by the regression of the pelvis's
-    markers, or of the trochanters, where these are in the file and would be taken for hips.  A joint whose rule fails
-    `pipeline.mappings.check` is not proposed.
+    Points of technical clusters are left out.  If the points of the hips are pelvis markers or trochanters, the hips
+    come from their regression.  A joint whose rule fails `pipeline.mappings.check` is not proposed.
 
     Parameters
     ----------
@@ -100,24 +103,24 @@ def propose(motion: MotionCapture, name: str) -> SourceMapping:
     Raises
     ------
     InvalidInput
-        If the recording has too few points to tell a body, or none that is like a joint.
+        If the recording has too few points, or no point resembles a joint.
     """
     names, positions, up = _points(motion, name)
     body = _Body([plain_name(point) for point in bare_names(names)], positions)
     cycle = fourier.synthesise(population().mean.reshape(5, 15, 3), 1.0, np.arange(PHASES) / PHASES)
     starts = [*body.by_names(), *body.starts(cycle)]
-    found = min((body.matched(start, cycle) for start in starts), key=lambda fit: fit[0])[1]
-    if not found:
+    assignment = min((body.matched(start, cycle) for start in starts), key=lambda fit: fit[0])[1]
+    if not assignment:
         raise InvalidInput(
-            "no point is like a joint of a walker",
+            "no point is near a joint of a walker",
             name,
             received=f"points {listed(names)}",
             code="no_joint_like",
         )
     joints: dict[str, Rule] = {
-        joint: {names[k]: 1.0 / len(found[joint]) for k in found[joint]}
+        joint: {names[k]: 1.0 / len(assignment[joint]) for k in assignment[joint]}
         for joint in WALKER15.joints
-        if joint in found
+        if joint in assignment
     }
     regressed, lowered = _regressed(motion, {point for hip in HIPS for point in joints.get(hip, {})})
     joints = {joint: rule for joint, rule in joints.items() if joint not in regressed}
@@ -132,9 +135,9 @@ def propose(motion: MotionCapture, name: str) -> SourceMapping:
 
 
 def _regressed(motion: MotionCapture, hips: set[str]) -> tuple[dict[str, Rule], dict[str, Lowering]]:
-    """Rules of hips and pelvis by the first regression that ships whose points the file has, and their lowering.
+    """Rules and lowering of hips and pelvis by the first shipped regression whose points are in the file.
 
-    Nothing where `hips`, the points that were taken for hips, are some that no regression uses.
+    The result is empty if `hips`, the points assigned to the hips, are not points of a regression.
     """
     landmarks: set[str] = set()
     rules: dict[str, Rule] = {}
@@ -143,91 +146,92 @@ def _regressed(motion: MotionCapture, hips: set[str]) -> tuple[dict[str, Rule], 
         points = MappedPoints(motion, mappings.shipped()[family])
         names = {mark: motion.names[points.index(mark)] for mark in marks if points.find(mark) is not None}
         landmarks |= {*names.values()}
-        found = {joint: points.rule_of(joint) for joint in (*HIPS, "pelvis")}
-        for joint, pair in found.items():
-            if not rules.keys() >= found.keys() and pair and pair[1] and points.sees(pair[0]):
+        regression = {joint: points.rule_of(joint) for joint in (*HIPS, "pelvis")}
+        for joint, pair in regression.items():
+            if not rules.keys() >= regression.keys() and pair and pair[1] and points.sees(pair[0]):
                 rules[joint] = {names[mark]: weight for mark, weight in pair[0].items()}
                 lowered[joint] = Lowering(by=pair[1].by, between=[names[mark] for mark in pair[1].between])
-    usable = len(rules) == len(found) and (not hips or hips & landmarks)
+    usable = len(rules) == len(regression) and (not hips or hips & landmarks)
     return (rules, lowered) if usable else ({}, {})
 
 
 def _points(motion: MotionCapture, name: str) -> tuple[list[str], np.ndarray, UpAxis]:
-    """Points that were ever seen and have a place, in frames evenly over those that show most of them; and up."""
+    """Names and positions of usable points, in evenly spaced frames with most points, and the axis that points up."""
     stuck = {k for group in technical_clusters(motion) for k in group}
-    kept = [
+    usable = [
         k
         for k, point in enumerate(motion.names)
-        if k not in stuck and motion.valid[:, k].any() and not NOT_A_PLACE.search(point)
+        if k not in stuck and motion.valid[:, k].any() and not NOT_A_POINT.search(point)
     ]
-    if len(kept) < FEWEST:
+    if len(usable) < MIN_POINTS:
         raise InvalidInput(
-            "too few points to tell a body",
+            "the recording has too few points for a body",
             name,
-            f"{FEWEST} or more",
-            f"{len(kept)} points",
+            f"{MIN_POINTS} or more",
+            f"{len(usable)} points",
             code="too_few_points",
         )
-    shown = motion.valid[:, kept].sum(axis=1)
-    full = np.flatnonzero(2 * shown > shown.max())
-    some = np.ix_(full[np.unique(np.linspace(0, len(full) - 1, FRAMES).round().astype(int))], kept)
-    positions = np.where(motion.valid[some][..., None], motion.positions_mm[some], np.nan)
-    # Up is where a body spreads most within a frame: over the clip, with gaps, people spread along their way, too.
-    # The inner four fifths, as a root may stay behind on the floor.
+    count = motion.valid[:, usable].sum(axis=1)
+    full = np.flatnonzero(2 * count > count.max())
+    selection = np.ix_(full[np.unique(np.linspace(0, len(full) - 1, FRAMES).round().astype(int))], usable)
+    positions = np.where(motion.valid[selection][..., None], motion.positions_mm[selection], np.nan)
+    # A body extends most along the vertical within a frame; over a clip it also extends along its path.
+    # Only the inner four fifths count, because a root may stay on the floor.
     low, high = np.nanquantile(positions, [0.1, 0.9], axis=1)
     up = int(np.median(high - low, axis=0).argmax())
-    # Axes in turn, which keeps handedness.
-    return [motion.names[k] for k in kept], np.roll(positions, 2 - up, axis=-1), UpAxis("xyz"[up])
+    # A cyclic permutation of the axes keeps the handedness.
+    return [motion.names[k] for k in usable], np.roll(positions, 2 - up, axis=-1), UpAxis("xyz"[up])
 
 
 class _Body:
-    """Points of a recording.
+    """Points of a recording, and their assignment to joints by names and distances.
 
     Parameters
     ----------
     names : list of str
-        Without prefix and separators, the side in front.
+        Names without prefix and separators, with the side in front.
     positions : (F, P, 3)
-        Some frames, z up, in the unit of the file, NaN where nothing was measured.
+        Positions in selected frames, z up, in the unit of the file, NaN where not measured.
     """
 
     def __init__(self, names: list[str], positions: np.ndarray) -> None:
         self._names, self._positions = names, positions
-        place = {point: k for k, point in reversed(list(enumerate(names)))}
-        twins = {k: place.get("r" + point[1:]) for point, k in place.items() if point[:1] == "l"}
+        index = {point: k for k, point in reversed(list(enumerate(names)))}
+        twins = {k: index.get("r" + point[1:]) for point, k in index.items() if point[:1] == "l"}
         self._twin = {k: twin for k, twin in sorted(twins.items()) if twin is not None}
-        """Points of the left, each with that of the right whose name differs by the side alone."""
+        """Points on the left, each with the point on the right whose name differs only by the side."""
 
-    def _of(self, candidate: Points) -> np.ndarray:
-        """Positions (F, 3) of a point or of the middle of several."""
+    def _centre(self, candidate: Points) -> np.ndarray:
+        """Positions (F, 3) of a point, or of the centre of several points."""
         return self._positions[:, list(candidate)].mean(axis=1)
 
-    def _bears(self, point: int, part: str) -> bool:
-        """Whether the name of a point holds a word of a joint."""
+    def _is_named(self, point: int, part: str) -> bool:
+        """Return True if the name of a point contains a word for a joint."""
         return any(word in self._names[point] for word in PART_NAMES[part])
 
-    def _anchors(self, found: Found) -> np.ndarray:
-        """Positions (F, 15, 3) of the joints found so far."""
+    def _anchors(self, assignment: Assignment) -> np.ndarray:
+        """Positions (F, 15, 3) of the assigned joints; NaN for the others."""
         anchors = np.full((len(self._positions), 15, 3), np.nan)
-        for joint, candidate in found.items():
-            anchors[:, WALKER15.index(joint)] = self._of(candidate)
+        for joint, candidate in assignment.items():
+            anchors[:, WALKER15.index(joint)] = self._centre(candidate)
         return anchors
 
     def by_names(self) -> list[np.ndarray]:
-        """Positions (F, 15, 3) of joints by names alone: the middle of points that bear the joint's; none of few."""
-        found = {}
+        """Initial joints (F, 15, 3) from names alone: centres of points with the joint's name; empty below 5 joints."""
+        assignment = {}
         for joint in WALKER15.joints:
             side, _, part = joint.rpartition("_")
             beginning = [k for k, point in enumerate(self._names) if point.startswith(side[:1])]
-            if bearing := tuple(k for k in beginning if self._bears(k, part)):
-                found[joint] = bearing
-        anchors = self._anchors(found)
+            if named := tuple(k for k in beginning if self._is_named(k, part)):
+                assignment[joint] = named
+        anchors = self._anchors(assignment)
         return [anchors] if np.isfinite(anchors).all(axis=-1).any(axis=0).sum() >= 5 else []
 
     def starts(self, cycle: np.ndarray) -> Iterator[np.ndarray]:
-        """The walker in its mean posture, as tall as the points reach or up to its hips, and facing where sides tell.
+        """Yield initial joints of the walker in its mean posture, scaled to the height of the points.
 
-        Without sides: with several headings, the same in all frames.
+        The points reach from the feet to the head, or only to the hips.  The sides of the points give the heading.
+        Without sides, several headings are used, the same in all frames.
         """
         mean = cycle.mean(axis=0)
         every = np.tile(mean, (len(self._positions), 1, 1))
@@ -248,95 +252,103 @@ class _Body:
                 start[:, :first] = np.nan
                 yield start
 
-    def matched(self, anchors: np.ndarray, cycle: np.ndarray) -> tuple[float, Found]:
-        """Mean distance of the joints, mm on a person with legs of `LEG_MM`, and the points of each joint."""
-        cost, found = np.inf, Found()
+    def matched(self, anchors: np.ndarray, cycle: np.ndarray) -> tuple[float, Assignment]:
+        """Mean distance of the joints, mm for a leg length of `LEG_MM`, and the points of each joint."""
+        cost, assignment = np.inf, Assignment()
         for _ in range(ROUNDS):
-            walker, scale = _laid(anchors, cycle)
-            distances, found = self._chosen(walker, scale)
-            if len(found) < 4:
+            walker, scale = _aligned(anchors, cycle)
+            distances, assignment = self._assigned(walker, scale)
+            if len(assignment) < 4:
                 return np.inf, {}
-            cost = float(np.mean([*distances.values()] + [FAR_MM] * (15 - len(found))))
-            anchors = self._anchors(found)
-        return cost, found
+            cost = float(np.mean([*distances.values()] + [FAR_MM] * (15 - len(assignment))))
+            anchors = self._anchors(assignment)
+        return cost, assignment
 
-    def _chosen(self, walker: np.ndarray, scale: float) -> tuple[dict[str, float], Found]:
-        """What each joint costs, mm on a person with legs of `LEG_MM`, and its points: the cheapest of all first."""
+    def _assigned(self, walker: np.ndarray, scale: float) -> tuple[dict[str, float], Assignment]:
+        """Greedy assignment: cost of each joint, mm for a leg length of `LEG_MM`, and its points."""
         twin = self._twin
         sided = {*twin, *twin.values()}
-        middles: list[Points] = [(k,) for k in range(len(self._names)) if k not in sided]
-        middles += twin.items()
+        central: list[Points] = [(k,) for k in range(len(self._names)) if k not in sided]
+        central += twin.items()
         lefts = [*((k,) for k in twin), *self._neighbours(NEIGHBOURS_MM * scale)]
         couples = [(left, tuple(twin[k] for k in left)) for left in lefts]
-        alone = [joint for joint in WALKER15.joints if not couples or "_" not in joint]
-        offers: list[tuple[tuple[str, ...], tuple[Points, ...]]]
-        offers = [((f"left_{p}", f"right_{p}"), couple) for p in PARTS for couple in couples]
-        offers += [((joint,), (one,)) for joint in alone for one in middles]
-        away = {one: self._away(one, walker) / scale for one in {c for _, pair in offers for c in pair}}
+        single = [joint for joint in WALKER15.joints if not couples or "_" not in joint]
+        options: list[tuple[tuple[str, ...], tuple[Points, ...]]]
+        options = [((f"left_{p}", f"right_{p}"), couple) for p in PARTS for couple in couples]
+        options += [((joint,), (points,)) for joint in single for points in central]
+        distances = {
+            points: self._distances(points, walker) / scale
+            for points in {candidate for _, candidates in options for candidate in candidates}
+        }
         ranked = []
-        for n, (joints, given) in enumerate(offers):
-            off = [float(away[one][WALKER15.index(joint)]) for joint, one in zip(joints, given, strict=True)]
+        for n, (joints, candidates) in enumerate(options):
+            errors = [
+                float(distances[points][WALKER15.index(joint)])
+                for joint, points in zip(joints, candidates, strict=True)
+            ]
             part = joints[0].rpartition("_")[2]
-            strange = not all(self._bears(k, part) for one in given for k in one)
-            if strange and len(joints) == 1 and len(given[0]) == 2:
-                continue  # a left and a right point are a joint in the middle only by their names
-            near = strange or any(SEGMENT.search(self._names[k]) for one in given for k in one)
-            if max(off) <= (FAR_STRANGE_MM if near else FAR_NAMED_MM):
-                ranked.append((float(np.mean(off)) + STRANGE_MM * strange, n, joints, given))
+            unnamed = not all(self._is_named(k, part) for points in candidates for k in points)
+            if unnamed and len(joints) == 1 and len(candidates[0]) == 2:
+                continue  # a left and a right point give a central joint only if their names match it
+            must_be_near = unnamed or any(
+                SEGMENT.search(self._names[k]) for points in candidates for k in points
+            )
+            if max(errors) <= (MAX_UNNAMED_MM if must_be_near else MAX_NAMED_MM):
+                ranked.append((float(np.mean(errors)) + UNNAMED_PENALTY_MM * unnamed, n, joints, candidates))
         cost: dict[str, float] = {}
-        found = Found()
+        assignment = Assignment()
         used: set[int] = set()
-        for price, _, joints, given in sorted(ranked):
-            taken = {k for one in given for k in one}
-            if joints[0] not in found and not used & taken:
-                used |= taken
-                found |= dict(zip(joints, given, strict=True))
+        for price, _, joints, candidates in sorted(ranked):
+            indices = {k for points in candidates for k in points}
+            if joints[0] not in assignment and not used & indices:
+                used |= indices
+                assignment |= dict(zip(joints, candidates, strict=True))
                 cost |= dict.fromkeys(joints, price)
-        if {"left_hip", "right_hip"} <= found.keys():
-            hips = found["left_hip"] + found["right_hip"]
-            middle = float(self._away(hips, walker)[WALKER15.index("pelvis")]) / scale
-            if middle < cost.get("pelvis", np.inf):
-                found["pelvis"], cost["pelvis"] = hips, middle
-        return cost, found
+        if {"left_hip", "right_hip"} <= assignment.keys():
+            hips = assignment["left_hip"] + assignment["right_hip"]
+            hip_centre_cost = float(self._distances(hips, walker)[WALKER15.index("pelvis")]) / scale
+            if hip_centre_cost < cost.get("pelvis", np.inf):
+                assignment["pelvis"], cost["pelvis"] = hips, hip_centre_cost
+        return cost, assignment
 
-    def _away(self, candidate: Points, walker: np.ndarray) -> np.ndarray:
-        """Mean distance (15,) of a point from each joint of the walker (F, 15, 3); infinite if it was never seen."""
-        point = self._of(candidate)
-        seen = np.isfinite(point).all(axis=-1)
-        distances = np.linalg.norm(point[seen, None] - walker[seen], axis=-1)
-        return distances.mean(axis=0) if seen.any() else np.full(15, np.inf)
+    def _distances(self, candidate: Points, walker: np.ndarray) -> np.ndarray:
+        """Mean distance (15,) of a point from each joint of the walker (F, 15, 3); infinite if never measured."""
+        point = self._centre(candidate)
+        measured = np.isfinite(point).all(axis=-1)
+        distances = np.linalg.norm(point[measured, None] - walker[measured], axis=-1)
+        return distances.mean(axis=0) if measured.any() else np.full(15, np.inf)
 
     def _neighbours(self, within: float) -> list[Points]:
-        """Pairs of points of the left that stay near each other."""
-        left = list(self._twin) if len(self._twin) <= MOST_NEIGHBOURS else []
+        """Pairs of points on the left that stay within a distance of each other."""
+        left = list(self._twin) if len(self._twin) <= MAX_SIDE_POINTS else []
         side = self._positions[:, left]
-        apart = np.linalg.norm(side[:, :, None] - side[:, None], axis=-1)
-        widest = np.where(np.isfinite(apart), apart, -1.0).max(axis=0)  # -1: never seen together
-        near = np.triu((widest >= 0) & (widest <= within), 1)
-        return [(left[one], left[other]) for one, other in np.argwhere(near)]
+        distance = np.linalg.norm(side[:, :, None] - side[:, None], axis=-1)
+        largest = np.where(np.isfinite(distance), distance, -1.0).max(axis=0)  # -1: never measured together
+        near = np.triu((largest >= 0) & (largest <= within), 1)
+        return [(left[first], left[second]) for first, second in np.argwhere(near)]
 
 
-def _laid(anchors: np.ndarray, cycle: np.ndarray) -> tuple[np.ndarray, float]:
-    """The walker (F, 15, 3) laid over some joints, in their unit, and that unit's length of a millimetre of it."""
-    apart = np.linalg.norm(anchors[:, :, None] - anchors[:, None], axis=-1)
-    known = np.isfinite(apart).any(axis=0) & np.triu(np.ones((15, 15), bool), 1)
-    own = np.linalg.norm(cycle[:, :, None] - cycle[:, None], axis=-1).mean(axis=0)
-    ratios = np.nanmean(apart[:, known], axis=0) / own[known]
+def _aligned(anchors: np.ndarray, cycle: np.ndarray) -> tuple[np.ndarray, float]:
+    """Align the walker (F, 15, 3) with known joints; return it in their unit, and the scale per millimetre."""
+    distance = np.linalg.norm(anchors[:, :, None] - anchors[:, None], axis=-1)
+    measured = np.isfinite(distance).any(axis=0) & np.triu(np.ones((15, 15), bool), 1)
+    reference = np.linalg.norm(cycle[:, :, None] - cycle[:, None], axis=-1).mean(axis=0)
+    ratios = np.nanmean(distance[:, measured], axis=0) / reference[measured]
     scale = max(np.median(ratios), TINY) if len(ratios) else 1.0
-    seen = np.isfinite(anchors).all(axis=-1)[:, None]
-    given = np.where(seen[..., None], anchors[:, None] / scale, 0.0)
-    weight = np.broadcast_to(seen, (len(anchors), PHASES, 15)) + 1e-9
+    finite = np.isfinite(anchors).all(axis=-1)[:, None]
+    target = np.where(finite[..., None], anchors[:, None] / scale, 0.0)
+    weight = np.broadcast_to(finite, (len(anchors), PHASES, 15)) + 1e-9
     for _ in range(4):
         share = (weight / weight.sum(axis=-1, keepdims=True))[..., None]
-        there = (share * given).sum(axis=-2, keepdims=True)
-        theirs = cycle - (share * cycle).sum(axis=-2, keepdims=True)
-        ours = given - there
-        cross = theirs[..., 0] * ours[..., 1] - theirs[..., 1] * ours[..., 0]
-        along = (theirs[..., :2] * ours[..., :2]).sum(axis=-1)
+        centre = (share * target).sum(axis=-2, keepdims=True)
+        walker = cycle - (share * cycle).sum(axis=-2, keepdims=True)
+        centred = target - centre
+        cross = walker[..., 0] * centred[..., 1] - walker[..., 1] * centred[..., 0]
+        along = (walker[..., :2] * centred[..., :2]).sum(axis=-1)
         turn = np.arctan2((share[..., 0] * cross).sum(axis=-1), (share[..., 0] * along).sum(axis=-1))
-        laid = walking.turn_about_vertical(theirs, turn[..., None])
-        off = np.linalg.norm(laid - ours, axis=-1)
-        weight = seen / (1 + (off / 100.0) ** 2) + 1e-9
-    best = np.where(seen, np.minimum(off, FAR_MM), 0.0).sum(axis=-1).argmin(axis=1)
-    every = np.arange(len(anchors))
-    return scale * (laid + there)[every, best], scale
+        aligned = walking.turn_about_vertical(walker, turn[..., None])
+        error = np.linalg.norm(aligned - centred, axis=-1)
+        weight = finite / (1 + (error / 100.0) ** 2) + 1e-9
+    best = np.where(finite, np.minimum(error, FAR_MM), 0.0).sum(axis=-1).argmin(axis=1)
+    frames = np.arange(len(anchors))
+    return scale * (aligned + centre)[frames, best], scale

@@ -1,4 +1,4 @@
-"""Recordings of each kind, read and prepared as usable clips."""
+"""Reading and preparation of recordings as clips of each kind."""
 
 from __future__ import annotations
 
@@ -21,32 +21,34 @@ from pipeline.validation import InvalidInput
 
 
 def recorded_walks(clips: Sequence[Clip], steady: Steady, workers: int, missing: Missing) -> Walks:
-    """Return the steady walks in recordings; with `Missing.drop`, joints that one of them lacks are left out."""
+    """Return the steady walks of recordings; with `Missing.drop`, joints missing in any walk are left out."""
     prepared = read_and_prepare(
         clips, walks.REPORT_COLUMNS, lambda raw: walks.steady_walk(raw, steady), workers
     )
-    found = walks.walks_of(walks.compared(prepared, steady.frequency_ratio), _digests(clips))
-    return replace(found, dropped=np.any(found.estimated, axis=0)) if missing is Missing.drop else found
+    steady_walks = walks.walks_of(walks.compared(prepared, steady.frequency_ratio), _digests(clips))
+    if missing is not Missing.drop:
+        return steady_walks
+    return replace(steady_walks, dropped=np.any(steady_walks.estimated, axis=0))
 
 
 def recorded_performances(
     clips: Sequence[Clip], steady: Steady, workers: int, *, cycles: bool
 ) -> Performances:
-    """Return recorded performances: whole recordings, or the middle cycle of each walk."""
+    """Return recorded performances: complete recordings, or the middle cycle of each walk."""
 
-    def one(raw: RawClip) -> PreparedClip:
+    def prepare_one(raw: RawClip) -> PreparedClip:
         return (
             performances.middle_cycle(raw, steady) if cycles else performances.whole_clip(raw, steady.gap_s)
         )
 
     columns = performances.REPORT_COLUMNS
-    prepared = read_and_prepare(clips, columns, one, workers)
-    fewest = performances.LEAST_PERFORMANCES
-    return Performances(**collect(prepared, columns, _digests(clips), at_least=fewest))
+    prepared = read_and_prepare(clips, columns, prepare_one, workers)
+    min_count = performances.MIN_PERFORMANCES
+    return Performances(**collect(prepared, columns, _digests(clips), at_least=min_count))
 
 
 def recorded_clips(clips: Sequence[Clip], gap_s: float, workers: int) -> VariedClips:
-    """Return the longest stretch of each recording that shows all joints."""
+    """Return the longest stretch with all joints of each recording."""
     prepared = read_and_prepare(
         clips, varied.REPORT_COLUMNS, lambda raw: varied.longest_stretch(raw, gap_s), workers
     )
@@ -63,42 +65,42 @@ def read_and_prepare(
     prepare_one: Callable[[RawClip], PreparedClip],
     workers: int,
 ) -> list[PreparedClip]:
-    """Read recordings and prepare each; one that cannot be read becomes a refused row of the report.
+    """Read and prepare recordings; a recording that cannot be read becomes a rejected row of the report.
 
-    Recordings of the same points under different people's names are refused, each naming the other: whoever it was,
-    it was not two people.  A recording that may be another's for other reasons bears a remark, see `one_person`.
+    Identical points under the names of two people are rejected in both recordings, because the person is unclear.
+    Other recordings that may be of the same person get a remark, see `one_person`.
     """
 
-    def one(clip: Clip) -> tuple[PreparedClip, str, Likeness | None]:
+    def read_one(clip: Clip) -> tuple[PreparedClip, str, Likeness | None]:
         row = report_row(columns, clip=clip.name, person=clip.person, source=clip.source, action=clip.action)
         try:
             motion, positions, valid = read_clip(clip)
             prepared = prepare_one(
                 RawClip(row, positions, motion.frame_rate_hz, valid, motion.notes, motion.up)
             )
-            # Of positions to a thousandth of a millimetre: equal for copies in whatever format.
+            # Positions rounded to a micrometre: copies in different formats have the same digest.
             digest = hashlib.sha256((np.round(positions, 3) + 0.0).tobytes()).hexdigest()
             if prepared.positions is None:
                 return prepared, digest, None
-            shown = likeness(positions, valid, motion.frame_rate_hz)
-            return _remarked(prepared, *motion.notes), digest, shown
+            person_likeness = likeness(positions, valid, motion.frame_rate_hz)
+            return _remarked(prepared, *motion.notes), digest, person_likeness
         except InvalidInput as refusal:
-            # Readers name the file by its path, which must not get into a published report.
+            # The path in the reader's message must not get into a published report.
             reason = str(refusal).replace(str(clip.path), clip.name)
             return refused(row, refusal, reason), "", None
 
-    read = map_processes(one, clips, workers)
+    read = map_processes(read_one, clips, workers)
     alike: dict[str, list[dict[str, Any]]] = {}
     for prepared, digest, _ in read:
         alike.setdefault(digest, []).append(prepared.row)
-    found: list[PreparedClip] = []
+    results: list[PreparedClip] = []
     usable: dict[int, Likeness] = {}
-    for n, (prepared, digest, shown) in enumerate(read):
+    for n, (prepared, digest, person_likeness) in enumerate(read):
         row = prepared.row
         others = [other for other in alike[digest] if digest and other["person"] != row["person"]]
         if others:
             reason = InvalidInput(
-                f"the same points as {others[0]['clip']}, which bears the name of {others[0]['person']}",
+                f"the same points as {others[0]['clip']}, which has the name of {others[0]['person']}",
                 f"{row['clip']} of {row['person']}",
                 "a recording of one person under one name",
                 code="same_points",
@@ -106,13 +108,13 @@ def read_and_prepare(
                 person=others[0]["person"],
             )
             prepared = refused(row, reason)
-        found.append(prepared)
-        if shown is not None and not others:
-            usable[n] = shown
-    people, names = ([found[n].row[column] for n in usable] for column in ("person", "clip"))
+        results.append(prepared)
+        if person_likeness is not None and not others:
+            usable[n] = person_likeness
+    people, names = ([results[n].row[column] for n in usable] for column in ("person", "clip"))
     for n, remark in zip(usable, one_person.remarks(people, names, [*usable.values()]), strict=True):
-        found[n] = _remarked(found[n], remark)
-    return found
+        results[n] = _remarked(results[n], remark)
+    return results
 
 
 def _remarked(clip: PreparedClip, *remarks: str) -> PreparedClip:

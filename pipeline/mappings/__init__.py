@@ -1,9 +1,8 @@
-"""Mappings of source points to joints: those that ship, the user's own, and which one fits a recording.
+"""Mappings of source points to joints: shipped ones, the user's own, and the best fit for a recording.
 
-`shipped` reads the tables of ``conf/skeleton``, `load` reads one file, `suggest` finds the family that a recording
-belongs to, `check` finds rules that no person fits, and `written` writes down a mapping for one that belongs to none.
-`people` tells the people in one
-recording apart.
+`shipped` reads the tables of ``conf/skeleton`` and `load` reads a file.  `suggest` finds the mapping that fits a
+recording best.  `check` finds rules that are anatomically impossible.  `written` returns a mapping as YAML.  `people`
+splits a recording with several people.
 """
 
 from pipeline.mappings.fitting import Fit, rescaled, suggest

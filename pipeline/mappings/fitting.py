@@ -1,4 +1,4 @@
-"""Which mapping fits a recording: how many joints each gives, and of what."""
+"""Ranking of mappings by how well they fit the points of a recording."""
 
 from __future__ import annotations
 
@@ -14,33 +14,33 @@ from pipeline.skeleton.source_mapping import SourceMapping
 from pipeline.validation import InvalidInput
 
 ADULT_LEG_MM = 850.0
+"""Typical length of an adult leg."""
 HUMAN_LEG_MM = (350.0, 1300.0)
-"""Hip to knee to ankle of a child of three and of a very tall adult."""
+"""Range of leg lengths, hip to knee to ankle, from a child of three to a very tall adult."""
 
 _UNITS = {**MILLIMETRES, "in/0.45": 25.4 / 0.45}
-"""Units that files without one are found to be in; the last is that of the CMU skeletons."""
+"""Size in mm of the units considered for a file without a stated unit; the last is that of the CMU skeletons."""
 
 
 @dataclass(frozen=True)
 class Fit:
-    """How a mapping fits a recording.
+    """Fit of a mapping to a recording.
 
     Attributes
     ----------
     mapping : SourceMapping
     missing : tuple of str
-        Joints that it does not give.
+        Joints without a usable rule.
     lacking : tuple of str
-        Of those that mark the family, and of the rule of each joint of legs and pelvis that lacks least, the first,
-        the points that the recording lacks.
+        Missing points of the recording: all missing points that identify the family, and for each missing joint of
+        legs and pelvis the first missing point of its most complete rule.
     points : int
-        Points of the recording that are used.
+        Number of points of the recording that the mapping uses.
     usable : bool
-        Whether the points that mark the family, legs and pelvis are there.
+        True if the recording has the points that identify the family, and the joints of legs and pelvis.
     rank : tuple of int
-        What makes one fit better than another, the weightiest first: fewer points lacking; joints; fewer of them put
-        below their points, which a mapping of joints by name need not do; points; joints given by the first of their
-        rules.
+        Sort key, larger is better: fewer missing points; fewer missing joints; fewer joints that are lowered below
+        their points; more used points; more joints given by their first rule.
     """
 
     mapping: SourceMapping
@@ -52,7 +52,7 @@ class Fit:
 
 
 def fitted(motion: MotionCapture, mapping: SourceMapping) -> Fit:
-    """Return how a mapping fits a recording."""
+    """Return the fit of a mapping to a recording."""
     points = MappedPoints(motion, mapping)
 
     def absent(names: Iterable[str]) -> list[str]:
@@ -64,7 +64,7 @@ def fitted(motion: MotionCapture, mapping: SourceMapping) -> Fit:
         rules = mapping.rules(joint)
         try:
             rule = points.rule_of(joint)
-        except InvalidInput:  # two points of one name
+        except InvalidInput:  # two points have the same name
             rule = None
         if rule is None or not points.sees(rule[0]):
             missing.append(joint)
@@ -83,12 +83,12 @@ def fitted(motion: MotionCapture, mapping: SourceMapping) -> Fit:
 
 
 def suggest(motion: MotionCapture, mappings: Iterable[SourceMapping]) -> Fit:
-    """Return the best fit of several mappings, of equal ones the first.
+    """Return the best fit among several mappings; ties go to the first mapping.
 
     Raises
     ------
     InvalidInput
-        If none can be used, and to one of them two points go by one name.
+        If no mapping can be used, and a mapping failed because two points have the same name.
     """
     fits, refusals = [], []
     for mapping in mappings:
@@ -103,20 +103,20 @@ def suggest(motion: MotionCapture, mappings: Iterable[SourceMapping]) -> Fit:
 
 
 def rescaled(motion: MotionCapture, mapping: SourceMapping, leg_mm: float) -> tuple[float, str]:
-    """Return by what to multiply the positions of a file that states no unit, and a sentence that says so.
+    """Return the scale factor for the positions of a file without a stated unit, and a note.
 
     Parameters
     ----------
     motion : MotionCapture
     mapping : SourceMapping
-        The unit of the family, if it has one, is taken where it makes human legs.
+        Mapping of the recording; its usual unit is used if the legs then have a human length.
     leg_mm : float
-        Length of the legs as the file was read, mm.
+        Length of the legs in the assumed unit, mm.
 
     Returns
     -------
     factor : float
-        1 if the unit that was assumed will do: it stays where legs are human.
+        Scale factor; 1 if the assumed unit gives legs of human length.
     sentence : str
     """
     if not motion.units_assumed:
@@ -127,13 +127,13 @@ def rescaled(motion: MotionCapture, mapping: SourceMapping, leg_mm: float) -> tu
     unit = next((name for name in (mapping.units, motion.units) if name in _UNITS), motion.units)
     if human and unit not in human:
         longer = {name: np.log(legs_mm[name] / ADULT_LEG_MM) for name in human}
-        # Children are many, giants few.
+        # Legs shorter than an adult's are more likely than longer ones.
         unit = min(human, key=lambda name: max(4.0 * longer[name], -longer[name]))
     factor = _UNITS.get(unit, assumed) / assumed
     legs = leg_mm * factor
-    why = (
-        f"as {mapping.name} has it"
+    reason = (
+        f"the usual unit of {mapping.name}"
         if unit == mapping.units
         else f"which makes legs of {legs:.{0 if legs >= 100 else 2}f} mm"
     )
-    return factor, f"The file states no unit; its numbers are taken as {unit}, {why}."
+    return factor, f"The file states no unit; its numbers are taken as {unit}, {reason}."

@@ -1,4 +1,4 @@
-"""Several people in one recording, told apart by where their points' names begin or end: ``anna:LANK``, ``LANK_2``."""
+"""Separation of several people in a recording by prefixes or suffixes of point names: ``anna:LANK``, ``LANK_2``."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from pipeline.skeleton.source_mapping import SourceMapping
 from pipeline.validation import InvalidInput
 
 OTHERS = "unnamed"
-"""The person whose points' names have no beginning or end of their own, beside others whose have."""
+"""Name of a person whose points have no prefix or suffix, next to people whose points have one."""
 
-_FEWEST = 7
-"""Points of somebody whose legs and pelvis are known."""
+_MIN_POINTS = 7
+"""Smallest number of points that can give the legs and pelvis of a person."""
 
-ONE_PLACE_MM = 50.0
-"""Points of one name that are nearer in the median are one person's, raw and filtered perhaps."""
+SAME_POINT_MM = 50.0
+"""Median distance below which points with the same name belong to the same person, for example raw and filtered."""
 
-ONE_BODY_MM = 150.0
-"""Joints from two sets of names that are nearer in the median are one person's: two bodies are farther apart."""
+SAME_BODY_MM = 150.0
+"""Median distance below which joints from two sets of names belong to the same person; two bodies are farther apart."""
 
 _SIDES = {"l", "r", "left", "right", "lt", "rt"}
 _PERSON = (
@@ -34,39 +34,40 @@ _PERSON = (
     *(rf"((?:[^\W_]+[\W_]+){{{more}}}[^\W_]+)[\W_]+(?=[^\W_])" for more in (0, 1)),
     r".*?\D(\d+)\W*$|.*?[^\n][\W_]+([^\W_]+)[\W_]*$",
 )
-"""Where in a name the person may be, the most certain first: in front of a colon, the first word, the first two, the
-number that ends it or its last word."""
+"""Positions of the person in a point name, the most reliable first.
+
+They are: before a colon, the first word, the first two words, the number at the end, the last word."""
 
 
 def people(motion: MotionCapture, mappings: Iterable[SourceMapping]) -> dict[str, MotionCapture]:
-    """Return the people in a recording by name, each with the points of one; empty if it holds one person.
+    """Split a recording into people, by name; empty if the recording has one person.
 
     Parameters
     ----------
     motion : MotionCapture
     mappings : iterable of SourceMapping
-        A person is a group of points to which one of these gives legs and pelvis.
+        Candidate mappings; a group of points is a person if one of them gives its legs and pelvis.
 
     Notes
     -----
-    People are told apart by what stands before a colon, else by the first one or two words of their points' names, the
-    last word or number, else by names that stand in the file once for each of them, who are called ``1``, ``2``….
+    The person in a point name is the text before a colon, else the first one or two words, else the last word or
+    number.  If the file repeats all names once per person, the people are called ``1``, ``2``….
     """
     mappings = list(mappings)
     for groups in _groupings(motion.names):
         usable = {
-            name: one
+            name: person
             for name, points in groups.items()
-            if len(points) >= _FEWEST and suggest(one := _only(motion, points, name), mappings).usable
+            if len(points) >= _MIN_POINTS and suggest(person := _only(motion, points, name), mappings).usable
         }
-        taken = {k for name in usable for k in groups[name]}
-        rest = [k for k in range(len(motion.names)) if k not in taken]
-        if usable and len(rest) >= _FEWEST:
+        assigned = {k for name in usable for k in groups[name]}
+        rest = [k for k in range(len(motion.names)) if k not in assigned]
+        if usable and len(rest) >= _MIN_POINTS:
             others = _only(motion, rest, "")
             if suggest(others, mappings).usable:
                 usable[OTHERS] = others
         if len(usable) > 1 and not any(
-            _in_one_place(*pair, mappings) for pair in itertools.combinations(usable.values(), 2)
+            _same_person(*pair, mappings) for pair in itertools.combinations(usable.values(), 2)
         ):
             return usable
     return {}
@@ -75,67 +76,67 @@ def people(motion: MotionCapture, mappings: Iterable[SourceMapping]) -> dict[str
 def of_one_person(
     motion: MotionCapture, mappings: Iterable[SourceMapping], subject: str = ""
 ) -> MotionCapture:
-    """Return the points of one person.
+    """Return the recording of one person.
 
     Parameters
     ----------
     motion : MotionCapture
     mappings : iterable of SourceMapping
     subject : str
-        Name of the person, or the number in the order of the file, from 1; for files of several people.
+        Name of the person, or the number in the order of the file from 1; for files with several people.
 
     Raises
     ------
     InvalidInput
-        If the recording holds several people and none of them is chosen.
+        If the recording has several people and `subject` does not select one of them.
     """
-    found = people(motion, mappings)
-    if not found:
+    by_person = people(motion, mappings)
+    if not by_person:
         if not subject:
             return motion
         return replace(
-            motion, notes=(*motion.notes, f"The file holds one person; {subject!r} is not needed.")
+            motion, notes=(*motion.notes, f"The file has one person; the option {subject!r} is not needed.")
         )
-    by_name = {name.lower(): name for name in found}
-    numbered = {str(k): name for k, name in enumerate(found, start=1)}
-    chosen = by_name.get(subject.lower()) or numbered.get(subject)
-    if chosen is None:
-        listed = list(found)
+    by_name = {name.lower(): name for name in by_person}
+    numbered = {str(k): name for k, name in enumerate(by_person, start=1)}
+    selected = by_name.get(subject.lower()) or numbered.get(subject)
+    if selected is None:
+        names = list(by_person)
         raise InvalidInput(
-            f"the file holds {len(found)} people: choose one by subject= (in runs data.subject=)",
-            expected=" or ".join(listed[:10]),
+            f"the file has {len(by_person)} people: select one with subject= (in runs data.subject=)",
+            expected=" or ".join(names[:10]),
             received=subject or "none",
             code="several_people",
-            people=list(listed),
+            people=list(names),
             subject=subject,
         )
-    note = f"The file holds {len(found)} people; this is {chosen}."
-    return replace(found[chosen], notes=(*motion.notes, note))
+    note = f"The file has {len(by_person)} people; this is {selected}."
+    return replace(by_person[selected], notes=(*motion.notes, note))
 
 
-def _in_one_place(one: MotionCapture, other: MotionCapture, mappings: Sequence[SourceMapping]) -> bool:
-    """Whether points of the same names, or without any the joints, lie in the same places."""
-    both = (one, other)
-    shared = [name for name in one.names if name in other.names]
-    places = [who.positions_mm[:, [who.names.index(name) for name in shared]] for who in both]
-    nearest = ONE_PLACE_MM
+def _same_person(first: MotionCapture, second: MotionCapture, mappings: Sequence[SourceMapping]) -> bool:
+    """Return True if points with equal names, or else the joints, coincide in two recordings."""
+    both = (first, second)
+    shared = [name for name in first.names if name in second.names]
+    positions = [motion.positions_mm[:, [motion.names.index(name) for name in shared]] for motion in both]
+    tolerance = SAME_POINT_MM
     if not shared:  # keypoints and markers of one person, as OpenCap writes them
-        places = [map_joints(who, suggest(who, mappings).mapping)[0] for who in both]
-        nearest = ONE_BODY_MM
-    apart = np.linalg.norm(places[0] - places[1], axis=-1)
-    apart = apart[np.isfinite(apart)]
-    return bool(apart.size) and np.median(apart) < nearest
+        positions = [map_joints(motion, suggest(motion, mappings).mapping)[0] for motion in both]
+        tolerance = SAME_BODY_MM
+    distance = np.linalg.norm(positions[0] - positions[1], axis=-1)
+    distance = distance[np.isfinite(distance)]
+    return bool(distance.size) and np.median(distance) < tolerance
 
 
-def _only(motion: MotionCapture, points: Sequence[int], who: str) -> MotionCapture:
-    """The recording with some of its points, their names without the person's that they begin or end with."""
+def _only(motion: MotionCapture, points: Sequence[int], person: str) -> MotionCapture:
+    """Select points of a recording, and remove the prefix or suffix of the person from their names."""
     k = list(points)
-    of_person = re.compile(rf"{re.escape(who)}[\W_]+|[\W_]*{re.escape(who)}[\W_]*$" if who else "(?!)")
+    affix = re.compile(rf"{re.escape(person)}[\W_]+|[\W_]*{re.escape(person)}[\W_]*$" if person else "(?!)")
     names = (motion.names[i] for i in k)
     return replace(
         motion,
         names=tuple(
-            name[match.end() :] if (match := of_person.match(name)) else of_person.sub("", name, count=1)
+            name[match.end() :] if (match := affix.match(name)) else affix.sub("", name, count=1)
             for name in names
         ),
         positions_mm=motion.positions_mm[:, k],
@@ -144,19 +145,19 @@ def _only(motion: MotionCapture, points: Sequence[int], who: str) -> MotionCaptu
 
 
 def _groupings(names: Sequence[str]) -> Iterator[dict[str, list[int]]]:
-    """Ways to divide points into people, the most certain first."""
+    """Yield divisions of the points into people, the most reliable first."""
     for pattern in _PERSON:
         groups: dict[str, list[int]] = {}
         for k, name in enumerate(names):
             match = re.match(pattern, name, re.DOTALL)
-            if match and (who := "".join(match.groups(""))) and who.lower() not in _SIDES:
-                groups.setdefault(who, []).append(k)
+            if match and (person := "".join(match.groups(""))) and person.lower() not in _SIDES:
+                groups.setdefault(person, []).append(k)
         yield groups
     count = names.count(names[0]) if names else 0
     if count > 1 and all(names.count(name) == count for name in set(names)):
-        seen: Counter[str] = Counter()
+        occurrences: Counter[str] = Counter()
         groups = {}
         for k, name in enumerate(names):
-            seen[name] += 1
-            groups.setdefault(str(seen[name]), []).append(k)
+            occurrences[name] += 1
+            groups.setdefault(str(occurrences[name]), []).append(k)
         yield groups

@@ -12,28 +12,28 @@ from pipeline.skeleton.recorded import MotionCapture
 from pipeline.skeleton.source_mapping import SourceMapping
 
 _Weights = dict[int, float]
-"""Points of a joint by their number in the file."""
+"""Weights of the points of a joint, by the index of the point."""
 
-MAX_SHOWN = 90
-"""Characters of a rule in a sentence."""
+MAX_RULE_CHARACTERS = 90
+"""Largest number of characters of a rule in a message."""
 
 _CENTRE = re.compile("origin|pelvi|sacr|root|midhip|hips")
-"""Parts of names of points at the centre of the pelvis."""
+"""Words in the names of points at the centre of the pelvis."""
 
 _HALF = 0.5 - 1e-9
 """Smallest weight with which a point counts as the joint."""
 
 
 def check(motion: MotionCapture, mapping: SourceMapping) -> list[Complaint]:
-    """Return the faults of a mapping on a recording; an empty list if it fits a person.
+    """Return the anatomical faults of a mapping on a recording; an empty list if there are none.
 
-    Both sides of a pair need the same rule.  A hip is neither a marker of the pelvis's front whose regression is
-    possible nor the centre of the pelvis.  No point is a joint of the left and one of the right.
+    Left and right joints need the same rule.  A hip must not be the centre of the pelvis, nor a marker at its front if
+    the hip regression is possible.  No point may be a joint on both sides.
 
     Parameters
     ----------
     motion : MotionCapture
-        Only its names are used, and which points were ever seen.
+        Recording; only its point names, and which points were ever measured, are used.
     mapping : SourceMapping
     """
     plain = [plain_name(name) for name in bare_names(motion.names)]
@@ -46,55 +46,57 @@ def check(motion: MotionCapture, mapping: SourceMapping) -> list[Complaint]:
     points = MappedPoints(motion, mapping)
     rules = {joint: weights for joint in WALKER15.joints if (weights := points.weights(joint))}
 
-    def shown(joint: str) -> str:
+    def describe(joint: str) -> str:
         text = " + ".join(f"{weight:g} {motion.names[k]}" for k, weight in rules[joint].items())
-        return text if len(text) <= MAX_SHOWN else text[: MAX_SHOWN - 1] + "…"
+        return text if len(text) <= MAX_RULE_CHARACTERS else text[: MAX_RULE_CHARACTERS - 1] + "…"
 
-    found = []
+    complaints = []
     pairs = [(joint, joint.replace("left", "right")) for joint in WALKER15.joints if joint.startswith("left")]
     for left, right in pairs:
         if left in rules and right in rules and not _alike(rules[left], rules[right], twins):
-            sentence = (
-                f"{left} ({shown(left)}) and {right} ({shown(right)}) follow different rules: map both alike"
-            )
-            found.append(Complaint("side_rules", sentence, (left, right)))
+            rules_of_both = f"{left} ({describe(left)}) and {right} ({describe(right)})"
+            sentence = f"{rules_of_both} follow different rules: map both alike"
+            complaints.append(Complaint("side_rules", sentence, (left, right)))
     asis = _regressed(motion)
     for hip in ("left_hip", "right_hip"):
         weights = rules.get(hip, {})
         if weights and weights.keys() <= asis:
-            sentence = f"{hip} ({shown(hip)}) is a marker of the pelvis: use the regression (skeleton=skin_landmarks)"
-            found.append(Complaint("asis_hip", sentence, (hip,)))
+            marker = f"{hip} ({describe(hip)}) is a marker on the pelvis"
+            sentence = f"{marker}: use the regression (skeleton=skin_landmarks)"
+            complaints.append(Complaint("asis_hip", sentence, (hip,)))
         mirrored = {twins.get(k, k): weight for k, weight in weights.items()}
         sided = weights.keys() & twins.keys()
         centre = mirrored == weights if sided else any(_CENTRE.search(plain[k]) for k in weights)
         if weights and (centre or weights == rules.get("pelvis")):
-            sentence = f"{hip} ({shown(hip)}) is the centre of the pelvis: map the centre of the joint"
-            found.append(Complaint("centre_hip", sentence, (hip,)))
+            sentence = f"{hip} ({describe(hip)}) is the centre of the pelvis: map the centre of the hip joint"
+            complaints.append(Complaint("centre_hip", sentence, (hip,)))
     for left, _ in pairs:
         for _, right in pairs:
             shared = _shared(rules.get(left, {}), rules.get(right, {}))
             if shared:
-                sentence = f"{motion.names[shared[0]]} serves {left} and {right}: a point lies on one side"
-                found.append(Complaint("shared_point", sentence, (left, right)))
-    return found
+                sentence = (
+                    f"{motion.names[shared[0]]} is used for {left} and {right}: use a point on each side"
+                )
+                complaints.append(Complaint("shared_point", sentence, (left, right)))
+    return complaints
 
 
 def _alike(left: _Weights, right: _Weights, twins: dict[int, int]) -> bool:
-    """True if the right rule is the mirrored left one; rules of points without a side are compared by weights."""
+    """Return True if the right rule mirrors the left; rules of points without a side are compared by weights."""
     if not twins.keys() & {*left, *right}:
         return sorted(left.values()) == sorted(right.values())
     return {twins.get(k, k): weight for k, weight in left.items()} == right
 
 
 def _shared(left: _Weights, right: _Weights) -> list[int]:
-    """Return the points with at least half the weight in both rules; none if a rule extrapolates."""
+    """Points with at least half the weight in both rules; empty if a rule extrapolates."""
     if min((*left.values(), *right.values()), default=0.0) < 0:
         return []
     return [k for k in left if min(left[k], right.get(k, 0.0)) >= _HALF]
 
 
 def _regressed(motion: MotionCapture) -> set[int]:
-    """Return the two markers at the front of the pelvis if the file has all markers of the hip regression."""
+    """The two markers at the front of the pelvis, if the file has all markers of the hip regression; else empty."""
     points = MappedPoints(motion, shipped()["skin_landmarks"])
     front, back, sacrum = (
         [points.find(name) for name in names]

@@ -1,6 +1,7 @@
-"""Mappings as YAML files: read as data, of which nothing is ever run, a slip being one sentence with its line.
+"""Reader and writer of mappings as YAML files.
 
-In a proposal every guess is marked, and points that are not used are listed.
+The files are read as data and are never run.  An error gives its line.  A written proposal marks guesses and lists
+unused points.
 """
 
 from __future__ import annotations
@@ -19,13 +20,13 @@ from pipeline.skeleton.source_mapping import Lowering, Rule, SourceMapping, UpAx
 from pipeline.validation import InvalidInput
 
 AUTO = "auto"
-"""The choice by which each recording gets the mapping that fits it best."""
+"""Value of the option for the best mapping of each recording."""
 
-LARGEST_FILE = 1_000_000
-"""Bytes of a mapping; larger files are not mappings."""
+MAX_FILE_BYTES = 1_000_000
+"""Largest size of a mapping file in bytes."""
 
-_DEEPEST = 10
-"""Levels of a mapping; what is nested deeper is none, and takes a time that grows with the square of the depth."""
+_MAX_DEPTH = 10
+"""Largest nesting depth of a mapping file; the parsing time grows with the square of the depth."""
 
 _KEYS = ("name", "up", "units", "recognised_by", "points", "joints", "otherwise", "lowered", "guessed")
 
@@ -40,17 +41,17 @@ def _shipped(name: str) -> SourceMapping:
 
 
 def shipped() -> dict[str, SourceMapping]:
-    """Return the mappings that ship, by name."""
+    """Return the shipped mappings, by name."""
     return {name: _shipped(name) for name in _names()}
 
 
 def chosen(name: str) -> SourceMapping | None:
-    """Return the mapping that an option names: one that ships, or a YAML file; None for ``auto``.
+    """Return the mapping for the option `skeleton`: a shipped one or a YAML file; None for ``auto``.
 
     Raises
     ------
     InvalidInput
-        If there is no such mapping, or the file holds none.
+        If the mapping does not exist, or the file is not a mapping.
     """
     if name == AUTO:
         return None
@@ -58,11 +59,11 @@ def chosen(name: str) -> SourceMapping | None:
         return _shipped(name)
     if "/" in name or "\\" in name or name.lower().endswith((".yaml", ".yml")):
         return load(Path(name))
-    listed = " or ".join([AUTO, *_names()])
+    names = " or ".join([AUTO, *_names()])
     raise InvalidInput(
-        "there is no such option",
+        "the mapping does not exist",
         "skeleton",
-        f"{listed} or a path.yaml",
+        f"{names}, or the path of a YAML file",
         name[:60],
         code="unknown_option",
         value=name,
@@ -79,8 +80,7 @@ def load(path: Path) -> SourceMapping:
     Raises
     ------
     InvalidInput
-        If the file cannot be read, is not YAML, or holds anything but a mapping of points to joints; the sentence
-        names the line.
+        If the file cannot be read, is not YAML, or is not a mapping of points to joints; the message gives the line.
     """
     try:
         data = path.read_bytes()
@@ -93,16 +93,19 @@ def load(path: Path) -> SourceMapping:
         ) from None
     except ValueError:
         raise InvalidInput("the mapping cannot be read", repr(str(path)), code="unreadable") from None
-    if len(data) > LARGEST_FILE:
+    if len(data) > MAX_FILE_BYTES:
         raise InvalidInput(
-            "this is no mapping", path.name, f"{LARGEST_FILE} bytes at most", code="file_too_large"
+            "the file is too large for a mapping",
+            path.name,
+            f"at most {MAX_FILE_BYTES} bytes",
+            code="file_too_large",
         )
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = data[: error.start].count(b"\n") + 1
         raise InvalidInput(
-            "the mapping is not UTF-8 (save it as UTF-8)",
+            "the mapping is not UTF-8: save it as UTF-8",
             f"{path.name}, line {line}",
             received=f"byte {data[error.start]:#x}",
             code="not_utf8",
@@ -112,10 +115,10 @@ def load(path: Path) -> SourceMapping:
 
 
 def _composed(text: str, where: str) -> yaml.Node:
-    """The tree of a YAML text, without tags that would build anything and without anchors."""
+    """Parse a YAML text to a tree of nodes, without custom tags and anchors."""
 
     class Loader(yaml.SafeLoader):
-        """Puts the file's name beside the line of everything."""
+        """YAML loader that adds the file name to the line of each node."""
 
         def __init__(self, stream: str) -> None:
             super().__init__(stream)
@@ -124,7 +127,7 @@ def _composed(text: str, where: str) -> yaml.Node:
     if "# @package" in text:
         line = text[: text.index("# @package")].count("\n") + 1
         raise InvalidInput(
-            "a mapping is data and goes into no package of options",
+            "a mapping must not have a line `# @package`: delete the line",
             f"{where}, line {line}",
             code="package_line",
         )
@@ -132,19 +135,21 @@ def _composed(text: str, where: str) -> yaml.Node:
     try:
         for event in yaml.parse(text, Loader):
             depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
-            if depth > _DEEPEST:
-                raise _wrong("this is no mapping: it is nested too deeply", event, code="nested_too_deeply")
+            if depth > _MAX_DEPTH:
+                raise _wrong("the file is nested too deeply for a mapping", event, code="nested_too_deeply")
             if isinstance(event, yaml.AliasEvent) or getattr(event, "anchor", None):
-                raise _wrong("anchors and aliases are not used in mappings", event, code="anchor")
+                raise _wrong("anchors and aliases are not allowed in mappings", event, code="anchor")
         node = yaml.compose(text, Loader)
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
         at = f", line {mark.line + 1}" if mark else ""
         problem = getattr(error, "problem", None) or getattr(error, "reason", None) or "it cannot be read"
         if "'\\t'" in str(problem):
-            problem = "a tab where blanks must be"
+            problem = "it has a tab, but YAML requires blanks"
         raise InvalidInput(
-            f"this is not YAML: {' '.join(str(problem).split())[:120]}", f"{where}{at}", code="not_yaml"
+            f"the file is not valid YAML: {' '.join(str(problem).split())[:120]}",
+            f"{where}{at}",
+            code="not_yaml",
         ) from None
     if node is None:
         raise InvalidInput("the mapping is empty", where, code="empty_file")
@@ -154,24 +159,24 @@ def _composed(text: str, where: str) -> yaml.Node:
 def _wrong(
     what: str, at: Any, expected: str = "", received: str = "", *, code: str, **values: Any
 ) -> InvalidInput:
-    """The refusal of a node or an event, with its line."""
+    """Error at a node or an event, with its line."""
     mark = at.start_mark
     return InvalidInput(what, f"{mark.name}, line {mark.line + 1}", expected, received, code=code, **values)
 
 
 def _items(node: yaml.Node, what: str) -> list[tuple[str, yaml.Node, yaml.Node]]:
-    """Keys and values of a node, each key once."""
+    """Keys and values of a node, after a check that no key is repeated."""
     if not isinstance(node, yaml.MappingNode):
-        raise _wrong(f"{what} must be keys with values", node, "key: value", code="not_keys")
+        raise _wrong(f"{what} must have keys with values", node, "key: value", code="not_keys")
     items: dict[str, tuple[yaml.Node, yaml.Node]] = {}
     for key_node, value in node.value:
         key = _text(key_node, f"a key of {what}")
         if key in items:
             first = items[key][0].start_mark.line + 1
             raise _wrong(
-                f"the key {key!r} stands twice in {what}",
+                f"the key {key!r} is repeated in {what}",
                 key_node,
-                f"once, as in line {first}",
+                f"only the key in line {first}",
                 code="key_twice",
                 key=key,
             )
@@ -231,7 +236,7 @@ def _rules(node: yaml.Node, group: str) -> dict[str, Rule | list[Rule]]:
 def _joint(joint: str, node: yaml.Node) -> str:
     if joint not in WALKER15.joints:
         raise _wrong(
-            "there is no such joint",
+            "the joint does not exist",
             node,
             ", ".join(WALKER15.joints),
             f"{joint!r:.60}",
@@ -264,8 +269,8 @@ def _lowering(node: yaml.Node, joint: str) -> Lowering:
 
 
 def _mapping(root: yaml.Node, stem: str) -> SourceMapping:
-    """The mapping of a whole file; its name is the file's if it states none."""
-    found: dict[str, Any] = {"name": stem}
+    """Build the mapping of a file; the default name is that of the file."""
+    values: dict[str, Any] = {"name": stem}
     for key, node, value in _items(root, "a mapping"):
         if key not in _KEYS:
             hint = " (no longer needed: delete the line)" if key == "defaults" else ""
@@ -282,30 +287,33 @@ def _mapping(root: yaml.Node, stem: str) -> SourceMapping:
                 raise _wrong(
                     "up must be an axis", value, ", ".join(UpAxis), _shown(value), code="unknown_axis"
                 )
-            found[key] = UpAxis(axis)
+            values[key] = UpAxis(axis)
         elif key in ("name", "units"):
-            found[key] = _text(value, key)
-            if key == "units" and found[key].partition("/")[0] not in MILLIMETRES:
+            values[key] = _text(value, key)
+            if key == "units" and values[key].partition("/")[0] not in MILLIMETRES:
                 raise _wrong(
                     "the unit is unknown", value, ", ".join(MILLIMETRES), _shown(value), code="unknown_unit"
                 )
         elif key in ("recognised_by", "guessed"):
-            found[key] = _texts(value, key)
+            values[key] = _texts(value, key)
         elif key == "points":
-            found[key] = {
+            values[key] = {
                 point: _texts(names, f"the names of {point}") for point, _, names in _items(value, key)
             }
         elif key == "lowered":
-            found[key] = {
+            values[key] = {
                 _joint(joint, at): _lowering(lowering, joint) for joint, at, lowering in _items(value, key)
             }
         else:
-            found[key] = _rules(value, key)
-    if not found.get("joints") and not found.get("otherwise"):
+            values[key] = _rules(value, key)
+    if not values.get("joints") and not values.get("otherwise"):
         raise _wrong(
-            "the mapping gives no joint", root, "joints: {head: {LFHD: 0.5, RFHD: 0.5}, …}", code="no_joints"
+            "the mapping has no rules for joints",
+            root,
+            "joints: {head: {LFHD: 0.5, RFHD: 0.5}, …}",
+            code="no_joints",
         )
-    return SourceMapping(**found)
+    return SourceMapping(**values)
 
 
 def _shown(node: yaml.Node) -> str:
@@ -313,10 +321,10 @@ def _shown(node: yaml.Node) -> str:
 
 
 def written(mapping: SourceMapping, motion: MotionCapture) -> str:
-    """Return a mapping as YAML that `pipeline.mappings.load` reads; guesses are marked, unused points listed."""
+    """Return a mapping as YAML for `pipeline.mappings.load`, with guesses marked and unused points listed."""
     lines = [
-        "# Proposed from names, sides and places of the points of one recording.  Check every line that is marked as",
-        "# guessed; weights of a joint sum to one, e.g. {lateral: 0.5, medial: 0.5}.",
+        "# Proposed from names, sides and positions of the points of a recording.  Check every line marked as guessed.",
+        "# The weights of a joint sum to one, for example {lateral: 0.5, medial: 0.5}.",
         f"name: {_quoted(mapping.name)}",
         f"up: {mapping.up}  # guessed: the axis along which the points spread most",
     ]
@@ -333,17 +341,17 @@ def written(mapping: SourceMapping, motion: MotionCapture) -> str:
         between = ", ".join(map(_quoted, lowering.between))
         lines.append(f"  {joint}: {{by: {lowering.by:g}, between: [{between}]}}")
     lines += [
-        f"# {joint}: no point was found; without it, it is estimated (not possible for legs)"
+        f"# {joint}: no point was found; the joint is estimated (not possible for legs)"
         for joint in WALKER15.joints
         if not mapping.rules(joint)
     ]
     if mapping.guessed:
         lines.append(f"guessed: [{', '.join(mapping.guessed)}]")
-    left = [_quoted(name) for name in motion.names if name not in used]
-    lines += ["# points not used: " + ", ".join(left[k : k + 8]) for k in range(0, len(left), 8)]
+    unused = [_quoted(name) for name in motion.names if name not in used]
+    lines += ["# points not used: " + ", ".join(unused[k : k + 8]) for k in range(0, len(unused), 8)]
     return "\n".join(lines) + "\n"
 
 
 def _quoted(text: str) -> str:
-    """A word of YAML: in quotes, so that no name is taken for anything else."""
+    """YAML scalar in quotes, so that no name is read as another type."""
     return str(yaml.safe_dump(text, default_style='"', allow_unicode=True, width=2**31)).strip()

@@ -1,12 +1,12 @@
-"""Joints, parents, mirror pairs and the world frame; source points to joints.
+"""Joints with parents and mirror pairs, the world frame, and mappings from source points to joints.
 
 Conventions
 -----------
-World: right-handed, z up, the walk along +y, +x to the walker's right.  Lengths in millimetres.
-Axis order of every array of positions: ``(frame, joint, space)``.
+The world frame is right-handed, z up, with the walk along +y and +x to the walker's right.  Lengths are in millimetres.
+The axes of every array of positions are ``(frame, joint, space)``.
 
 A *source mapping* (``conf/skeleton/*.yaml``) gives the weighted source points of each joint, and the axis of the
-file that points up.  Names of points match without case, separators and prefixes, with the side at either end:
+file that points up.  Case, separators and prefixes in point names are ignored, and the side may be at either end:
 ``LANK``, ``anna:l_ank``, ``Ank.L`` and ``LeftAnk`` are the same point.
 """
 

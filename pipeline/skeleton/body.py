@@ -1,8 +1,8 @@
-"""Check of a body: joints of a person have human lengths and proportions and stand upright along z.
+"""Checks that joints have human lengths and proportions, and that the body is upright along z.
 
 Symbols
 -------
-``leg``    thigh and shank of a person, median over time, mean over sides, mm; proportions are relative to it
+``leg``    length of thigh and shank, median over time, mean over sides, mm; proportions are relative to it
 """
 
 from __future__ import annotations
@@ -28,19 +28,21 @@ from pipeline.skeleton.upright import bent_knees, cadence, crouched, not_upright
 from pipeline.validation import InvalidInput, told_apart
 
 ADULT_LEG_MM = 850.0
+"""Typical length of an adult leg."""
 
-LEAST_DEPTH_MM = 1.0
-"""Least extent of the joints along every axis: joints of a film have no depth."""
+MIN_DEPTH_MM = 1.0
+"""Smallest extent of the joints along each axis; keypoints of a video have no depth."""
 
-MOST_CHANGE = 0.4
-"""Distance of the quartiles of thighs' and shanks' lengths over the median, of the steadiest: of 107 recordings up to
-.05, of velocities from .5."""
+MAX_CHANGE = 0.4
+"""Largest interquartile range of a limb length, relative to the median, for the steadier of thighs and shanks.
+
+It is at most .05 in 107 recordings, and at least .5 if the values are velocities."""
 
 UNEVEN = (0.15, 0.35)
-"""Shares by which a limb may be longer than that of the other side: more is remarked, and more is rejected."""
+"""Relative differences of left and right limbs, above which a remark is added, and the recording is rejected."""
 
-AT_PELVIS = 0.02
-"""Distance of a hip from the pelvis, in legs, up to which it is the centre of the pelvis."""
+MAX_PELVIS_DISTANCE = 0.02
+"""Largest distance of a mapped hip from the pelvis, in leg lengths, that makes it the centre of the pelvis."""
 
 _HIPS, _KNEES = ([leg[k] for leg in (LEFT_LEG, RIGHT_LEG)] for k in (0, 1))
 _SHOULDERS, _ELBOWS, _WRISTS = (
@@ -58,7 +60,7 @@ _UNITS = {"m": "metres", "cm": "centimetres", "in": "inches", "ft": "feet"}
 
 @dataclass(frozen=True)
 class _Proportion:
-    """Distance of two joints in legs: outside of `usual` it is remarked, outside of `possible` it rejects."""
+    """Distance of two joints in leg lengths: outside `usual` it gives a remark, outside `possible` a rejection."""
 
     code: str
     ends: tuple[tuple[str, str], ...]
@@ -68,23 +70,23 @@ class _Proportion:
     above: str
 
 
-_ANOTHER = "was a marker taken for a joint?"
+_MARKER = "is a marker mapped as a joint?"
 _PROPORTIONS = (
     _Proportion(
         "hip_width", (("left_hip", "right_hip"),), (0.10, 0.30), (0.06, 0.45),
-        "is the centre of the pelvis taken for a hip?",
+        "is the centre of the pelvis mapped as a hip?",
         "these look like markers on the skin, not joint centres: map them as trochanters (skeleton=trochanters)",
     ),
     _Proportion(
         "thigh", (("left_hip", "left_knee"), ("right_hip", "right_knee")), (0.40, 0.60), (0.30, 0.70),
-        _ANOTHER, _ANOTHER,
+        _MARKER, _MARKER,
     ),
     _Proportion(
-        "shoulder_width", (("left_shoulder", "right_shoulder"),), (0.20, 0.70), (0.12, 1.0), _ANOTHER, _ANOTHER,
+        "shoulder_width", (("left_shoulder", "right_shoulder"),), (0.20, 0.70), (0.12, 1.0), _MARKER, _MARKER,
     ),
-    _Proportion("pelvis_to_head", (("pelvis", "head"),), (0.55, 1.20), (0.35, 1.6), _ANOTHER, _ANOTHER),
+    _Proportion("pelvis_to_head", (("pelvis", "head"),), (0.55, 1.20), (0.35, 1.6), _MARKER, _MARKER),
 )  # fmt: skip
-"""Proportions of 63 recordings: hips .13 to .29, thigh .43 to .56, shoulders .21 to .60, pelvis to head .60 to 1.05."""
+"""Limits of proportions; 63 recordings have hips .13–.29, thigh .43–.56, shoulders .21–.60, pelvis to head .60–1.05."""
 
 
 def accepted(
@@ -95,17 +97,17 @@ def accepted(
     walk: bool,
     up: UpAxis = UpAxis.auto,
 ) -> list[str]:
-    """Return the remarks of `check`, one sentence each.
+    """Check a body; return the remarks of `check` as sentences.
 
     Parameters
     ----------
     positions, valid, frame_rate_hz, walk, up
-        As for `check`.
+        Arguments of `check`.
 
     Raises
     ------
     InvalidInput
-        With the first complaint that rejects the recording.
+        If a complaint rejects the recording; the message is that of the first one.
     """
     complaints = check(positions, valid, frame_rate_hz, walk=walk, up=up)
     for complaint in complaints:
@@ -124,60 +126,60 @@ def check(
     walk: bool,
     up: UpAxis = UpAxis.auto,
 ) -> list[Complaint]:
-    """Return the complaints about a body, the gravest first; an empty list if it is a person's.
+    """Return the complaints about a body, those that reject the recording first; empty for a normal body.
 
     Parameters
     ----------
     positions : (T, 15, 3)
-        mm, z up.
+        Joint positions, mm, z up.
     valid : (T, 15) bool
-        Where a joint was measured; joints that never were are left out.
+        True for measured samples; joints without any are left out.
     frame_rate_hz : float
     walk : bool
-        Whether the recording is to be a walk: upright, on legs that are not bent, at the cadence of people.
+        True if the recording must be a walk: upright, with legs that are not bent, at a human cadence.
     up : UpAxis
-        Axis that the user stated: the order of the levels along z is then a remark, whatever is recorded.
+        Axis that the user stated; a body that is not upright then only gets a remark.
     """
     body = np.where(valid[..., None], positions, np.nan)
     if complaints := _unusable(body):
         return complaints
     leg = sum(float(np.mean(_medians(body, *_LIMBS[limb]))) for limb in ("thigh", "shank"))
-    found = not_upright(body, walk and up == UpAxis.auto)
-    upright = not found
-    found += [*_changing(body), *_proportions(body, leg), *_uneven(body), *_exchanged(body)]
+    complaints = not_upright(body, walk and up == UpAxis.auto)
+    upright = not complaints
+    complaints += [*_changing(body), *_proportions(body, leg), *_uneven(body), *_exchanged(body)]
     if upright:
-        found += bent_knees(body, leg, walk)
+        complaints += bent_knees(body, leg, walk)
     if upright and walk:
-        found += [*crouched(body, leg), *cadence(body, frame_rate_hz)]
-    return sorted(found, key=lambda complaint: not complaint.rejects)
+        complaints += [*crouched(body, leg), *cadence(body, frame_rate_hz)]
+    return sorted(complaints, key=lambda complaint: not complaint.rejects)
 
 
 def _lengths(body: np.ndarray, upper: int, lower: int) -> np.ndarray:
-    """Distances of two joints in the frames that show both."""
+    """Distances of two joints in the frames with both."""
     lengths = np.asarray(np.linalg.norm(body[:, upper] - body[:, lower], axis=-1))
     return lengths[np.isfinite(lengths)]
 
 
 def _medians(body: np.ndarray, upper: Sequence[int], lower: Sequence[int]) -> list[float]:
-    """Median distances of pairs of joints; NaN of a pair that no frame shows."""
+    """Median distances of pairs of joints; NaN for a pair that is never measured together."""
     pairs = (_lengths(body, *pair) for pair in zip(upper, lower, strict=True))
     return [float(np.median(lengths)) if len(lengths) else np.nan for lengths in pairs]
 
 
 def _change(lengths: np.ndarray) -> float:
-    """Distance of the quartiles of lengths over their median."""
+    """Interquartile range of lengths, relative to the median."""
     low, middle, high = np.quantile(lengths, [0.25, 0.5, 0.75])
     return float((high - low) / middle)
 
 
 def _unit(leg: float) -> tuple[str, str, float]:
-    """Words on the unit in which a leg of this length is human, its short name, and the factor to millimetres.
+    """Guess the unit of a leg length; return advice for a message, the short name, and the factor to millimetres.
 
-    Without a unit the name is empty, and the factor NaN or a power of ten.
+    Without a suitable unit the name is empty, and the factor is NaN or a power of ten.
     """
     if not leg > 0:
         return "", "", np.nan
-    # Ranges overlap (legs of 36 are inches or a child's centimetres): the unit nearest to an adult's leg.
+    # Ranges overlap (a leg of 36 may be in inches, or a child's in centimetres): an adult's leg is assumed.
     unit = min(_UNITS, key=lambda unit: abs(np.log(leg * MILLIMETRES[unit] / ADULT_LEG_MM)))
     mm = MILLIMETRES[unit]
     low, high = LEG_LENGTH_MM
@@ -188,70 +190,76 @@ def _unit(leg: float) -> tuple[str, str, float]:
 
 
 def _unusable(body: np.ndarray) -> list[Complaint]:
-    """The complaint that makes all others pointless: legs never seen whole, another unit, no depth."""
+    """Complaint that makes all others pointless: legs never measured completely, a wrong unit, or no depth."""
     length = leg_length(body)
     if not np.isfinite(length):
-        return [Complaint("legs_unseen", "the legs were never seen whole", rejects=True)]
+        return [Complaint("legs_unseen", "the legs were never measured completely", rejects=True)]
     low, high = LEG_LENGTH_MM
     if not low <= length <= high:
-        looks, unit, factor = _unit(length)
+        advice, unit, factor = _unit(length)
         received = f"{length:.3g}" if length < 100 else told_apart(length, low if length < low else high, 0)
         sentence = str(
             InvalidInput(
-                f"the unit of length is wrong{looks}",
+                f"the unit of length is wrong{advice}",
                 expected=f"legs of {low:g} to {high:g} mm",
                 received=f"{received} mm",
             )
         )
         values = {"leg_mm": length, "unit": unit, "factor": factor}
         return [Complaint("unit", sentence, values=values, rejects=True)]
-    if np.min(np.nanmax(body, axis=(0, 1)) - np.nanmin(body, axis=(0, 1))) < LEAST_DEPTH_MM:
-        sentence = "all joints lie in one plane: keypoints of a film go to `reconstruct`"
+    if np.min(np.nanmax(body, axis=(0, 1)) - np.nanmin(body, axis=(0, 1))) < MIN_DEPTH_MM:
+        sentence = "all joints lie in one plane: run `reconstruct` on keypoints of a video"
         return [Complaint("plane", sentence, rejects=True)]
     return []
 
 
 def _proportions(body: np.ndarray, leg: float) -> list[Complaint]:
-    """Complaints about distances of joints that are not a person's, and hips at the centre of the pelvis."""
-    found = []
-    for one in _PROPORTIONS:
-        ends = [[WALKER15.index(joint) for joint in pair] for pair in zip(*one.ends, strict=True)]
+    """Complaints about unusual proportions, and about hips at the centre of the pelvis."""
+    complaints = []
+    for proportion in _PROPORTIONS:
+        ends = [[WALKER15.index(joint) for joint in pair] for pair in zip(*proportion.ends, strict=True)]
         length = float(np.mean(_medians(body, *ends)))
-        share, (low, high) = length / leg, one.usual
+        share, (low, high) = length / leg, proportion.usual
         if not np.isfinite(share) or low <= share <= high:
             continue
         below = share < low
-        where = " and ".join("–".join(pair) if len(one.ends) > 1 else " to ".join(pair) for pair in one.ends)
+        where = " and ".join(
+            "–".join(pair) if len(proportion.ends) > 1 else " to ".join(pair) for pair in proportion.ends
+        )
         sentence = (
             f"{where}: {length:.0f} mm, {told_apart(share, low if below else high, 2)} of the leg of {leg:.0f} mm"
-            f" (usual {low:.2f} to {high:.2f}); {one.below if below else one.above}"
+            f" (usual {low:.2f} to {high:.2f}); {proportion.below if below else proportion.above}"
         )
-        rejects = not one.possible[0] <= share <= one.possible[1]
-        joints = tuple(dict.fromkeys(joint for pair in one.ends for joint in pair))
-        found.append(Complaint(one.code, sentence, joints, {"length_mm": length, "share": share}, rejects))
-    away = dict(zip(_HIPS, _medians(body, [PELVIS, PELVIS], _HIPS), strict=True))
-    joints = tuple(WALKER15.joints[hip] for hip in _HIPS if away[hip] < AT_PELVIS * leg)
+        rejects = not proportion.possible[0] <= share <= proportion.possible[1]
+        joints = tuple(dict.fromkeys(joint for pair in proportion.ends for joint in pair))
+        values = {"length_mm": length, "share": share}
+        complaints.append(Complaint(proportion.code, sentence, joints, values, rejects))
+    distances = dict(zip(_HIPS, _medians(body, [PELVIS, PELVIS], _HIPS), strict=True))
+    joints = tuple(WALKER15.joints[hip] for hip in _HIPS if distances[hip] < MAX_PELVIS_DISTANCE * leg)
     if joints:
-        nearest = min(away.values())
+        nearest = min(distances.values())
+        names = " and ".join(joints)
         sentence = (
-            f"{' and '.join(joints)}: {nearest:.0f} mm from the pelvis, whose centre is mapped to a hip"
+            f"{names}: {nearest:.0f} mm from the pelvis, so its centre is mapped as a hip: map the hip joint"
         )
-        found.append(Complaint("hip_at_pelvis", sentence, joints, {"distance_mm": nearest}, rejects=True))
-    return found
+        complaints.append(
+            Complaint("hip_at_pelvis", sentence, joints, {"distance_mm": nearest}, rejects=True)
+        )
+    return complaints
 
 
 def _changing(body: np.ndarray) -> list[Complaint]:
-    """A complaint about thighs and shanks that change their length."""
+    """Complaint about thighs and shanks with changing length."""
     change = min(
         _change(np.concatenate([_lengths(body, *ends) for ends in zip(*_LIMBS[limb], strict=True)]))
         for limb in ("thigh", "shank")
     )
-    if change <= MOST_CHANGE:
+    if change <= MAX_CHANGE:
         return []
     sentence = str(
         InvalidInput(
-            "thighs and shanks change their length: velocities, or angles, in place of positions?",
-            expected=f"quartiles of a length within {100 * MOST_CHANGE:.0f} % of its median",
+            "thighs and shanks change their length: are these velocities or angles instead of positions?",
+            expected=f"an interquartile range of up to {100 * MAX_CHANGE:.0f} % of the median length",
             received=f"{100 * change:.0f} %",
         )
     )
@@ -261,29 +269,30 @@ def _changing(body: np.ndarray) -> list[Complaint]:
 def _uneven(body: np.ndarray) -> list[Complaint]:
     """Complaints about limbs that are longer than those of the other side.
 
-    Only a limb of steady length rejects: one that changes has a joint that was lost in tracking, which walks estimate.
+    Only limbs of steady length reject a recording.  A limb of changing length has a badly tracked joint, which walks
+    estimate.
     """
-    found = []
+    complaints = []
     for limb, (upper, lower) in _LIMBS.items():
         left, right = _medians(body, upper, lower)
         share = max(left, right) / max(min(left, right), np.finfo(float).tiny) - 1.0
         if not share > UNEVEN[0]:  # NaN where a side was not measured
             continue
         sizes = f"the left {limb} is {left:.0f} mm long, the right {right:.0f}"
-        sentence = f"{sizes}: is a marker or a name in the wrong place?"
+        sentence = f"{sizes}: is a marker misplaced or mislabelled?"
         where = tuple(WALKER15.joints[j] for j in (*upper, *lower))
         values = {"left_mm": left, "right_mm": right, "share": share}
-        steady = all(_change(_lengths(body, *ends)) <= MOST_CHANGE for ends in zip(upper, lower, strict=True))
-        found.append(Complaint("uneven", sentence, where, values, rejects=share > UNEVEN[1] and steady))
-    return found
+        steady = all(_change(_lengths(body, *ends)) <= MAX_CHANGE for ends in zip(upper, lower, strict=True))
+        complaints.append(Complaint("uneven", sentence, where, values, rejects=share > UNEVEN[1] and steady))
+    return complaints
 
 
 def _exchanged(body: np.ndarray) -> list[Complaint]:
-    """A complaint about limbs that would be shorter with the lower ends of the other side, and steadier.
+    """Complaint about limbs that would be shorter and steadier with the lower ends of the other side.
 
-    Limbs that cross, as folded arms and legs that scissor do, would not.  Thighs and upper arms that cross by half the
-    width of hips or shoulders need be steady as their own only: skin moves.  Where shoulders face away from hips, whole
-    arms are those of the other side: of 180 recordings none has them apart by more than 27° in the median.
+    Crossing limbs, such as folded arms, would not be steadier.  Thighs and upper arms that cross by half the width of
+    hips or shoulders need to be only as steady as their own, because skin moves.  If shoulders and hips face opposite
+    ways, complete arms are exchanged; the median angle between them is at most 27° in 180 recordings.
     """
     exchanged = "left and right are exchanged in the names of points, at "
     hips, shoulders = (body[:, pair[1]] - body[:, pair[0]] for pair in (_HIPS, _SHOULDERS))
@@ -291,17 +300,17 @@ def _exchanged(body: np.ndarray) -> list[Complaint]:
         return [Complaint("exchanged", f"{exchanged}the shoulders or hips", rejects=True)]
     mirror = WALKER15.mirror
     for upper, lower in WALKER15.bones:
-        if upper == mirror[upper] or lower > mirror[lower]:  # of both sides at once
+        if upper == mirror[upper] or lower > mirror[lower]:  # each pair of sides is checked once
             continue
         ends = body[:, [[lower, mirror[lower]], [mirror[lower], lower]]]
         lengths = np.linalg.norm(ends - body[:, None, [upper, mirror[upper]]], axis=-1)
         lengths = lengths[np.isfinite(lengths).all(axis=(1, 2))]
-        own, across = np.square(lengths).sum(axis=(0, 2))
-        if own > across:
+        straight, crossed = np.square(lengths).sum(axis=(0, 2))
+        if straight > crossed:
             varies, steady = lengths.std(axis=0).mean(axis=1)
             trunk = WALKER15.parents[upper]
             width = np.square(body[:, upper] - body[:, mirror[upper]]).sum(axis=1)
-            wide = trunk == mirror[trunk] and own - across > len(lengths) * np.nanmean(width)
+            wide = trunk == mirror[trunk] and straight - crossed > len(lengths) * np.nanmean(width)
             if varies > (0.8 if wide else 1.2) * steady + 0.1:
                 joint = WALKER15.joints[lower]
                 return [Complaint("exchanged", f"{exchanged}{joint} or above", (joint,), rejects=True)]

@@ -1,4 +1,4 @@
-"""Faults and remarks on a recording: by a code, with numbers, and in a sentence."""
+"""Complaints and remarks about a recording, with a code, values and a sentence."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Complaint:
-    """Fault of a body or of a mapping.
+    """Complaint about a body or a mapping.
 
     Attributes
     ----------
     code : str
-        Kind of the fault, one word.
+        Kind of the fault.
     sentence : str
     where : tuple of str
-        Joints.
+        Joints with the fault.
     values : mapping of str
         Numbers and names in the sentence.
     rejects : bool
-        Whether the recording cannot be used.
+        True if the recording cannot be used.
     """
 
     code: str
@@ -32,13 +32,13 @@ class Complaint:
 
 
 class Remark(str):
-    """Sentence on what is odd in a recording, with a code that other code reads.
+    """Sentence about an oddity of a recording, with a code that programs can test.
 
     Examples
     --------
-    >>> remark = Remark("The times are taken as milliseconds.", "times")
+    >>> remark = Remark("The times are read as milliseconds.", "times")
     >>> print(remark, remark.code)
-    The times are taken as milliseconds. times
+    The times are read as milliseconds. times
     """
 
     code: str
@@ -50,5 +50,5 @@ class Remark(str):
 
 
 def remarks_of(code: str, notes: Iterable[str]) -> list[str]:
-    """Return the remarks that have a code, among notes with and without."""
+    """Return the remarks with a code among notes."""
     return [note for note in notes if isinstance(note, Remark) and note.code == code]

@@ -1,4 +1,4 @@
-"""Joints with their parents and mirror pairs, and rigid parts between them."""
+"""Skeleton of joints with parents and mirror pairs, and its rigid limbs."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pipeline.validation import require_choice
 
 @dataclass(frozen=True)
 class Skeleton:
-    """A tree of joints.
+    """Tree of joints.
 
     Attributes
     ----------
@@ -20,7 +20,7 @@ class Skeleton:
     parents : tuple of int
         Index of each joint's parent; -1 for the root.
     mirror : tuple of int
-        Index of the joint that takes this one's place when left and right change sides.
+        Index of the corresponding joint on the other side; the joint itself on the midline.
     """
 
     joints: tuple[str, ...]
@@ -28,7 +28,7 @@ class Skeleton:
     mirror: tuple[int, ...]
 
     def index(self, joint: str) -> int:
-        """Index of a joint.  Raises InvalidInput if the skeleton has no such joint.
+        """Return the index of a joint.  Raises InvalidInput if the joint does not exist.
 
         Examples
         --------
@@ -39,7 +39,7 @@ class Skeleton:
 
     @property
     def bones(self) -> tuple[tuple[int, int], ...]:
-        """Pairs (parent, child)."""
+        """Bones as pairs (parent, child) of joint indices."""
         return tuple((p, j) for j, p in enumerate(self.parents) if p >= 0)
 
 
@@ -64,43 +64,44 @@ WALKER15 = Skeleton(
     parents=(1, 8, 1, 2, 3, 1, 5, 6, -1, 8, 9, 10, 8, 12, 13),
     mirror=(0, 1, 5, 6, 7, 2, 3, 4, 8, 12, 13, 14, 9, 10, 11),
 )
-"""The fifteen virtual markers of [zhang2007 figure 1], in the order of every array."""
+"""Skeleton of the fifteen virtual markers of [zhang2007 figure 1], in the order of every array."""
 
 PELVIS = WALKER15.index("pelvis")
 LEFT_LEG, RIGHT_LEG = (
     [WALKER15.index(f"{side}_{joint}") for joint in ("hip", "knee", "ankle")] for side in ("left", "right")
 )
-"""Hip, knee and ankle."""
+"""Indices of hip, knee and ankle."""
 ANKLES = [LEFT_LEG[2], RIGHT_LEG[2]]
+"""Indices of the left and the right ankle."""
 
 LEG_LENGTH_MM = (300.0, 1300.0)
-"""Hip to knee to ankle of a small child and of a very tall adult: outside of it the unit is wrong."""
+"""Range of leg lengths, hip to knee to ankle; outside of it the unit is wrong."""
 
 
 def leg_length(positions: np.ndarray) -> float:
-    """Hip to knee to ankle in mm, mean over sides and the frames that show them; NaN where none does."""
+    """Leg length, hip to knee to ankle, mm, mean over sides and measured frames; NaN without such frames."""
     lengths = np.stack(
         [
             np.linalg.norm(np.diff(positions[:, side], axis=1), axis=-1).sum(axis=1)
             for side in (LEFT_LEG, RIGHT_LEG)
         ]
     )
-    seen = np.isfinite(lengths)
-    if not seen.any(axis=1).all():
+    finite = np.isfinite(lengths)
+    if not finite.any(axis=1).all():
         return np.nan
-    return float(np.mean([side[known].mean() for side, known in zip(lengths, seen, strict=True)]))
+    return float(np.mean([side[frames].mean() for side, frames in zip(lengths, finite, strict=True)]))
 
 
 @dataclass(frozen=True)
 class Limbs:
-    """Rigid parts of a body between joints of WALKER15, each limb after the one that carries it.
+    """Rigid limbs between joints of WALKER15, in order from the root to the ends.
 
     Attributes
     ----------
     limbs : tuple of str
         Names in array order.
     ends : tuple of (int, int)
-        Joints at which each limb begins and ends.
+        Indices of the joints at the two ends of each limb.
     """
 
     limbs: tuple[str, ...]
@@ -137,4 +138,4 @@ POSTURE12 = Limbs(
         (6, 7),
     ),
 )
-"""The twelve rigid parts of [mozerov2006 1], rooted at the hip; hip and shoulder are axes from left to right."""
+"""Twelve rigid limbs of [mozerov2006 1], rooted at the hip; hip and shoulder are axes from left to right."""

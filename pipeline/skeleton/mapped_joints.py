@@ -1,4 +1,4 @@
-"""Joints from the points of a recording, with z up: names of points, rules of a mapping, joints."""
+"""Computation of joints, with z up, from the points of a recording by the rules of a mapping."""
 
 from __future__ import annotations
 
@@ -42,13 +42,13 @@ Heel talon talón ferse tallone calcanhar hiel""".splitlines(),
     )
     for word in words
 }
-"""English words for those of French, Spanish, German, Italian, Portuguese and Dutch that mean nothing else."""
+"""English translations of unambiguous French, Spanish, German, Italian, Portuguese and Dutch words."""
 _FOREIGN = re.compile(
     rf"(?:(?<![^\W\d_])|(?<=[a-zß-ÿ])(?=[A-ZÀ-Þ])|(?<=^[LRlr])(?=[A-ZÀ-Þ]))(?i:{'|'.join(_ENGLISH)})"
     r"(?:(?![^\W\d_])|(?<=[a-zß-ÿ])(?=[A-ZÀ-Þ]))"
 )
 _SHORT_SIDE = re.compile(r"(?<![^\W_])(?:(g|iz|li|sx)|d|dr|der|dir|dx|re)(?![^\W_])", re.IGNORECASE)
-"""Sides beside such a word, those in a group left ones."""
+"""Abbreviations of sides next to such a word; the group matches left sides."""
 
 _TO_Z_UP = {
     UpAxis.x: np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]]),
@@ -58,26 +58,26 @@ _TO_Z_UP = {
     UpAxis("-y"): np.array([[0.0, 0, -1], [1, 0, 0], [0, -1, 0]]),
     UpAxis("-z"): np.array([[0.0, 1, 0], [1, 0, 0], [0, 0, -1]]),
 }
-"""Rotations (which keep handedness) that bring the named axis to z."""
+"""Rotations that turn the named axis to z, without a reflection."""
 
 LOWER_BODY = ("pelvis", "left_hip", "left_knee", "left_ankle", "right_hip", "right_knee", "right_ankle")
-"""Joints without which there is no walk: they are never estimated."""
+"""Joints that a walk requires; they are never estimated."""
 
 
 def in_english(name: str) -> str:
-    """Return a name with words of other languages for sides and joints in English.
+    """Translate the words for sides and joints in a name to English.
 
     Examples
     --------
     >>> [in_english(name) for name in ("genou_g", "CHEVILLE droite", "rodillaIzq", "LKnie", "link_d")]
     ['Knee_Left', 'Ankle Right', 'KneeLeft', 'LKnee', 'link_d']
     """
-    name, found = _FOREIGN.subn(lambda word: _ENGLISH[word[0].lower()], name)
-    return _SHORT_SIDE.sub(lambda side: "Left" if side[1] else "Right", name) if found else name
+    name, count = _FOREIGN.subn(lambda word: _ENGLISH[word[0].lower()], name)
+    return _SHORT_SIDE.sub(lambda side: "Left" if side[1] else "Right", name) if count else name
 
 
 def plain_name(name: str) -> str:
-    """Return a name without prefix, separators and case, in English, its side as one letter in front.
+    """Normalise a point name: English, lower case, no prefix or separators, side as one letter in front.
 
     Examples
     --------
@@ -92,7 +92,7 @@ def plain_name(name: str) -> str:
 
 
 def bare_names(names: Sequence[str]) -> list[str]:
-    """Return names without what precedes a colon, and without the beginning and end that most of them share.
+    """Remove text before a colon from names, and the prefix and suffix that most names share.
 
     Examples
     --------
@@ -100,13 +100,13 @@ def bare_names(names: Sequence[str]) -> list[str]:
     ['LeftASI', 'LeftKnee', 'LeftToe', 'LeftHeel', 'RightASI']
     """
     after = [name.rsplit(":", 1)[-1] for name in names]
-    begin = _usual_beginning(after)
-    end = _usual_beginning([name[::-1] for name in after])[::-1]
+    begin = _common_prefix(after)
+    end = _common_prefix([name[::-1] for name in after])[::-1]
     return [name.removeprefix(begin).removesuffix(end) for name in after]
 
 
 class MappedPoints:
-    """The points of a recording as the rules of a mapping name them.
+    """Lookup of the points of a recording by the names in a mapping.
 
     Parameters
     ----------
@@ -116,67 +116,68 @@ class MappedPoints:
 
     def __init__(self, motion: MotionCapture, mapping: SourceMapping) -> None:
         self._motion, self._mapping = motion, mapping
-        self._seen = np.asarray(motion.valid.any(axis=0))
+        self._measured = np.asarray(motion.valid.any(axis=0))
         names = motion.names
-        ways: tuple[Callable[[str], str], ...] = (str, str.lower, _without_prefix, plain_name)
-        self._ways = [(way, _places(map(way, names))) for way in ways]
+        normalisers: tuple[Callable[[str], str], ...] = (str, str.lower, _without_prefix, plain_name)
+        self._indices = [(normalise, _index(map(normalise, names))) for normalise in normalisers]
         bare = bare_names(names)
         if any(short != name.rsplit(":", 1)[-1] for short, name in zip(bare, names, strict=True)):
-            self._ways.append((plain_name, _places(map(plain_name, bare))))
-        self._found: dict[str, int | None] = {}
+            self._indices.append((plain_name, _index(map(plain_name, bare))))
+        self._cached: dict[str, int | None] = {}
 
-    def find(self, wanted: str) -> int | None:
-        """Return the index of a point by its name or a synonym; None if it is not there."""
-        if wanted not in self._found:
-            candidates = (self._by_name(name) for name in (wanted, *self._mapping.points.get(wanted, ())))
-            self._found[wanted] = next((index for index in candidates if index is not None), None)
-        return self._found[wanted]
+    def find(self, point: str) -> int | None:
+        """Return the index of a point by its name or an alternative name; None if it does not exist."""
+        if point not in self._cached:
+            candidates = (self._by_name(name) for name in (point, *self._mapping.points.get(point, ())))
+            self._cached[point] = next((index for index in candidates if index is not None), None)
+        return self._cached[point]
 
-    def index(self, wanted: str) -> int:
-        """Return the index of a point that is there."""
-        index = self.find(wanted)
+    def index(self, point: str) -> int:
+        """Return the index of an existing point."""
+        index = self.find(point)
         assert index is not None
         return index
 
-    def _by_name(self, wanted: str) -> int | None:
-        for normalise, places in self._ways:
-            found = places.get(normalise(wanted), [])
-            if len(found) > 1:  # a second one that was never seen is no second person
-                found = [i for i in found if self._seen[i]] or found[:1]
-            if len(found) > 1:
-                found = self._one_of(found, wanted)
-            if found:
-                return found[0]
+    def _by_name(self, name: str) -> int | None:
+        for normalise, index in self._indices:
+            matches = index.get(normalise(name), [])
+            if len(matches) > 1:  # a point that was never measured does not count as a second person
+                matches = [i for i in matches if self._measured[i]] or matches[:1]
+            if len(matches) > 1:
+                matches = self._unique(matches, name)
+            if matches:
+                return matches[0]
         return None
 
-    def _one_of(self, found: list[int], wanted: str) -> list[int]:
-        """One of several points of a name: they must be spelled alike, and equal wherever both were seen."""
-        positions = self._motion.positions_mm[:, found]
-        off = np.asarray(np.abs(positions - positions[:, :1]))
-        spellings = {self._motion.names[i] for i in found}
-        if len(spellings) > 1 or (off[np.isfinite(off)] > 1.0).any() or not np.isfinite(off[:, 1:]).any():
+    def _unique(self, matches: list[int], name: str) -> list[int]:
+        """Select one of several points with a name; they must have the same spelling and equal positions."""
+        positions = self._motion.positions_mm[:, matches]
+        change = np.asarray(np.abs(positions - positions[:, :1]))
+        finite = np.isfinite(change)
+        spellings = {self._motion.names[i] for i in matches}
+        if len(spellings) > 1 or (change[finite] > 1.0).any() or not finite[:, 1:].any():
             raise InvalidInput(
-                f"{len(found)} points are called {wanted!r}",
-                expected="one person to a file",
-                received=", ".join(self._motion.names[i] for i in found[:3]),
+                f"{len(matches)} points are called {name!r}",
+                expected="a single person per file",
+                received=", ".join(self._motion.names[i] for i in matches[:3]),
                 code="point_twice",
-                point=wanted,
-                count=len(found),
+                point=name,
+                count=len(matches),
             )
-        return [max(found, key=lambda i: int(self._motion.valid[:, i].sum()))]
+        return [max(matches, key=lambda i: int(self._motion.valid[:, i].sum()))]
 
     def rule_of(self, joint: str) -> tuple[Rule, Lowering | None] | None:
-        """Return the first rule of a joint whose points, lowering included, are in the file, those ever seen first."""
-        there = [
+        """Return the first rule of a joint whose points are in the file, with preference for measured points."""
+        available = [
             (rule, lowering)
             for rule, lowering in self._mapping.rules(joint)
             if all(self.find(point) is not None for point in _points_of(rule, lowering))
         ]
-        seen = [pair for pair in there if self.sees(pair[0])]
-        return next(iter(seen or there), None)
+        measured = [pair for pair in available if self.sees(pair[0])]
+        return next(iter(measured or available), None)
 
     def weights(self, joint: str) -> dict[int, float]:
-        """Return the weight of each point, by its index, that makes a joint; none if the file does not give it."""
+        """Return the weights of the points of a joint, by index; empty if the file does not have the points."""
         weights: dict[int, float] = {}
         rule = self.rule_of(joint)
         for point, weight in rule[0].items() if rule else ():
@@ -184,53 +185,55 @@ class MappedPoints:
         return weights
 
     def sees(self, rule: Rule) -> bool:
-        """Return whether all points of a rule are in the file and were ever seen."""
-        return all((index := self.find(point)) is not None and self._seen[index] for point in rule)
+        """Return True if all points of a rule are in the file and were measured."""
+        return all((index := self.find(point)) is not None and self._measured[index] for point in rule)
 
     def lacking(self, joint: str) -> InvalidInput:
-        """Return the refusal of a file from which a joint cannot be made."""
+        """Return the error for a joint that cannot be computed from the file."""
         mapping, rules = self._mapping, self._mapping.rules(joint)
         if not rules:
-            return InvalidInput(f"no rule for the joint {joint!r}", mapping.name, code="no_rule", joint=joint)
-        lacked = next(point for point in _points_of(*rules[-1]) if self.find(point) is None)
-        what = f"the joint {joint!r} needs the point {lacked!r}, which the file does not have"
+            return InvalidInput(
+                f"the mapping has no rule for the joint {joint!r}", mapping.name, code="no_rule", joint=joint
+            )
+        missing = next(point for point in _points_of(*rules[-1]) if self.find(point) is None)
+        message = f"the joint {joint!r} needs the point {missing!r}, which the file does not have"
         received = f"points {listed(self._motion.names)}"
         return InvalidInput(
-            what,
+            message,
             mapping.name,
             "skeleton=auto, or a mapping of these points",
             received,
             code="missing_point",
             joint=joint,
-            point=lacked,
+            point=missing,
         )
 
     def distance(self, joint: str, lowering: Lowering) -> float:
         """Return the mean distance, mm, of the two points by which a joint is lowered."""
         pair = [self.index(point) for point in lowering.between]
         ends = self._motion.positions_mm[:, pair]
-        apart = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=-1)
-        if not np.isfinite(apart).any():
+        distance = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=-1)
+        if not np.isfinite(distance).any():
             raise InvalidInput(
-                f"the two points by which {joint!r} is lowered were never seen together",
+                f"the two points by which {joint!r} is lowered were never measured together",
                 self._mapping.name,
                 received=lowering.between,
                 code="never_together",
                 joint=joint,
             )
-        return float(np.nanmean(apart))
+        return float(np.nanmean(distance))
 
     def joints(self) -> np.ndarray:
-        """Return joints (T, 15, 3), mm, in the file's axes, none lowered; NaN where the file does not give one.
+        """Return joints (T, 15, 3), mm, in the axes of the file and without lowering; NaN for missing joints.
 
         Raises
         ------
         InvalidInput
-            If it does not give one of the legs or the pelvis.
+            If a joint of the legs or the pelvis is missing.
         """
         positions = np.full((len(self._motion.positions_mm), len(WALKER15.joints), 3), np.nan)
-        found = {joint: self.weights(joint) for joint in WALKER15.joints}
-        for j, (joint, weights) in enumerate(found.items()):
+        weights_of = {joint: self.weights(joint) for joint in WALKER15.joints}
+        for j, (joint, weights) in enumerate(weights_of.items()):
             if weights:
                 source = self._motion.positions_mm[:, list(weights)]
                 positions[:, j] = np.einsum("tpk,p->tk", source, np.array(list(weights.values()), float))
@@ -242,14 +245,14 @@ class MappedPoints:
 def map_joints(motion: MotionCapture, mapping: SourceMapping) -> tuple[np.ndarray, np.ndarray]:
     """Compute joint positions from source points, with z up.
 
-    Joints other than legs and pelvis may be missing: they are NaN and not valid throughout.
+    Joints other than legs and pelvis may be missing; they are NaN and invalid in all frames.
 
     Parameters
     ----------
     motion : MotionCapture
         Positions (T, P, 3) in mm in the file's axes.
     mapping : SourceMapping
-        As `pipeline.mappings` reads or proposes it: weights of a joint of WALKER15 sum to one.
+        Mapping from `pipeline.mappings`; the weights of a joint of WALKER15 sum to one.
 
     Returns
     -------
@@ -260,8 +263,7 @@ def map_joints(motion: MotionCapture, mapping: SourceMapping) -> tuple[np.ndarra
     Raises
     ------
     InvalidInput
-        If a joint of legs or pelvis has no rule or its rules name points that the file lacks, or a point stands
-        twice in the file (two people).
+        If a joint of legs or pelvis has no rule, its points are missing, or a point is repeated (two people).
     """
     points = MappedPoints(motion, mapping)
     positions = points.joints()
@@ -274,23 +276,23 @@ def map_joints(motion: MotionCapture, mapping: SourceMapping) -> tuple[np.ndarra
 
 
 def with_z_up(positions: np.ndarray, up: UpAxis) -> np.ndarray:
-    """Return positions (…, 3), turned so that the axis that pointed up is z."""
+    """Rotate positions (…, 3) so that the axis `up` becomes z."""
     return positions @ _TO_Z_UP[up].T
 
 
 def up_axis(motion: MotionCapture, mapping: SourceMapping) -> UpAxis:
-    """Return the axis of a file that points up: the one stated, or the one along which its joints stand.
+    """Return the axis of a file that points up: the stated one, or the one along which the joints stand.
 
     Raises
     ------
     InvalidInput
-        As `map_joints`.
+        In the cases of `map_joints`.
     """
     return _up_of(MappedPoints(motion, mapping).joints(), motion, mapping)
 
 
 def _up_of(positions: np.ndarray, motion: MotionCapture, mapping: SourceMapping) -> UpAxis:
-    """The axis that the caller stated, or along which joints (T, 15, 3) stand; a mapping's own breaks ties."""
+    """Axis that the caller stated, or along which joints (T, 15, 3) stand; the mapping's axis breaks ties."""
     return axis_up(positions, mapping.up)[0] if motion.up == UpAxis.auto else motion.up
 
 
@@ -302,17 +304,17 @@ def _without_prefix(name: str) -> str:
     return name.rsplit(":", 1)[-1].lower()
 
 
-def _places(names: Iterable[str]) -> dict[str, list[int]]:
-    places: dict[str, list[int]] = {}
+def _index(names: Iterable[str]) -> dict[str, list[int]]:
+    indices: dict[str, list[int]] = {}
     for index, name in enumerate(names):
-        places.setdefault(name, []).append(index)
-    return places
+        indices.setdefault(name, []).append(index)
+    return indices
 
 
-def _usual_beginning(names: list[str]) -> str:
-    """The beginning that most names have in common, such as ``mixamorig`` but of a root; empty if it is no prefix.
+def _common_prefix(names: list[str]) -> str:
+    """Prefix of most names, such as ``mixamorig``; empty without such a prefix.
 
-    One or two letters are a prefix if they are small ones in front of a capital, as in ``pRightASI``.
+    One or two letters are a prefix only if they are lower case in front of a capital, as in ``pRightASI``.
     """
     middle = sorted(names)[len(names) // 2] if len(names) >= 7 else ""
     length = 0

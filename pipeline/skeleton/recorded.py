@@ -1,4 +1,4 @@
-"""A recording as it is read: points over time, in the axes of its file."""
+"""Recording as it is read: points over time, in the axes of the file."""
 
 from __future__ import annotations
 
@@ -9,32 +9,32 @@ from pipeline.skeleton.complaint import Complaint
 from pipeline.skeleton.source_mapping import UpAxis
 
 MILLIMETRES = {"mm": 1.0, "cm": 10.0, "dm": 100.0, "m": 1000.0, "in": 25.4, "ft": 304.8}
-"""Millimetres in one unit of length, by the unit's short name."""
+"""Size of units of length in millimetres, by short name."""
 
 
 @shortened
 class MotionCapture:
-    """A recording as every reader of `pipeline.formats` returns it.
+    """Recording as a reader of `pipeline.formats` returns it.
 
     Attributes
     ----------
     names : tuple of str
         P point names: markers, segment origins or bone ends.
     positions_mm : (T, P, 3) float64
-        Positions in millimetres, in the file's own axes; NaN where not valid.
+        Positions in millimetres, in the axes of the file; NaN where not valid.
     valid : (T, P) bool
-        False where the point was not measured.
+        True for measured samples.
     frame_rate_hz : float
     units : str
-        The unit of length that the file declares or that the caller gave (``"mm"``, ``"m"``, ``"in/0.45"``…).
+        Unit of length from the file or the caller (``"mm"``, ``"m"``, ``"in/0.45"``…).
     notes : tuple of str
-        What is odd in the file but readable, one sentence each (a frame count that disagrees, …).
+        Sentences on oddities of the file that do not prevent reading, such as a wrong frame count.
     units_assumed : bool
-        Whether neither the file nor the caller stated the unit.
+        True if neither the file nor the caller stated the unit.
     up : UpAxis
         Axis that points up, if the caller stated it.
     complaints : tuple of Complaint
-        What is doubtful in the mapping of its points to joints; the sentences are among `notes`, too.
+        Complaints about the mapping of points to joints; their sentences are also in `notes`.
     """
 
     names: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""Source mappings: rules by which the points of a source become joints."""
+"""Source mappings: rules that compute joints from the points of a source."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from enum import StrEnum
 
 @dataclass(kw_only=True)
 class Lowering:
-    """Vertical drop of a joint: a fraction `by` of the mean distance `between` two source points."""
+    """Vertical shift of a joint downwards: a fraction `by` of the mean distance `between` two source points."""
 
     by: float
     between: list[str]
@@ -21,12 +21,12 @@ class UpAxis(StrEnum):
     x = "x"
     y = "y"
     z = "z"
-    # Options name a choice by its member's name, which no assignment can write.
+    # Options refer to members by name, and "-x" is not a valid identifier for an assignment.
     vars()["-x"] = "-x"
     vars()["-y"] = "-y"
     vars()["-z"] = "-z"
     auto = "auto"
-    """The axis along which the body stands."""
+    """Axis along which the body stands, inferred from the joints."""
 
 
 Rule = dict[str, float]
@@ -35,27 +35,27 @@ Rule = dict[str, float]
 
 @dataclass(kw_only=True)
 class SourceMapping:
-    """Rules that turn the points of a source into joints; one file of ``conf/skeleton/`` each.
+    """Mapping from the points of a source to joints; each file of ``conf/skeleton/`` contains one.
 
     Attributes
     ----------
     name : str
     up : UpAxis
-        Axis that decides where the joints stand along no axis, or as well along another.
+        Axis that points up, used if the joints do not determine it.
     joints : dict
-        joint → {source point: weight}, or a list of such rules; the first whose points the file has is used.
+        joint → {source point: weight}, or a list of such rules.  The first rule whose points are in the file is used.
     otherwise : dict
-        The same, for a joint of which no rule in `joints` can be used.
+        Rules in the same form, for a joint without a usable rule in `joints`.
     lowered : dict
-        joint → `Lowering`, applied only to a joint made by `otherwise`.
+        joint → `Lowering`, applied only to joints from `otherwise`.
     points : dict
-        source point → other names that it goes by.
+        source point → alternative names.
     recognised_by : list of str
-        Points without which a file is not taken to be of this family unasked.
+        Points that a file must have, so that this mapping is suggested for it.
     units : str
-        Unit of length of files of this family that do not state theirs.
+        Usual unit of length of such files, for files that do not state it.
     guessed : list of str
-        Joints whose rules were proposed from names and geometry and have not been confirmed by anyone.
+        Joints with rules that were proposed from names and geometry, and not yet confirmed.
     """
 
     name: str
@@ -69,7 +69,7 @@ class SourceMapping:
     guessed: list[str] = field(default_factory=list)
 
     def rules(self, joint: str) -> list[tuple[Rule, Lowering | None]]:
-        """Return the rules of a joint in order, each with the lowering that belongs to it."""
+        """Return the rules of a joint in order, each with its lowering."""
         first, last = (_listed(rules.get(joint)) for rules in (self.joints, self.otherwise))
         return [(rule, None) for rule in first] + [(rule, self.lowered.get(joint)) for rule in last]
 

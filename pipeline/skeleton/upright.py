@@ -1,6 +1,6 @@
-"""Checks of posture and gait: the upward axis, the bend of the knees, the height of the hips and the cadence.
+"""Checks of posture and gait: upward axis, bend of the knees, height of the hips, and cadence.
 
-Positions are (T, 15, 3), mm, z up unless an axis is looked for, and NaN where a joint was not measured.
+Positions are (T, 15, 3), mm, NaN where a joint was not measured, and z up except for the search of the upward axis.
 """
 
 from __future__ import annotations
@@ -15,24 +15,24 @@ from pipeline.skeleton.source_mapping import UpAxis
 from pipeline.validation import InvalidInput, told_apart
 
 NEAR_RATIO = 1.5
-"""If the heights along two axes differ by less than this ratio, the mapping's fixed axis decides."""
+"""Largest ratio of the heights along two axes at which the mapping's axis decides."""
 
 CROUCHED = 0.8
-"""Height of the hips above the ankles, in legs: a walker below is crouched (63 recordings: .82 to .98)."""
+"""Height of the hips above the ankles, in leg lengths, below which a walker is crouched (63 recordings: .82 to .98)."""
 
-MOST_STRIDES_HZ = 1.6
-"""Strides a second of a walk, at most."""
+MAX_STRIDES_HZ = 1.6
+"""Largest stride frequency of a walk."""
 
 STRIDES_HZ = (0.3, 8.0)
-"""Range of the search for strides: those of recordings at four times their frame rate included."""
+"""Range of the search for the stride frequency; it includes recordings with four times their true frame rate."""
 
-FINE = 1 << 16
-"""Samples up to which a signal is padded for a finer spectrum."""
+MAX_PADDED = 1 << 16
+"""Largest number of samples after zero padding, which makes the spectrum finer."""
 
-BENT = 0.05
-"""Distance of a knee from the line of hip and ankle, in legs, from which it counts as bent."""
+MIN_BEND = 0.05
+"""Distance of a knee from the line from hip to ankle, in leg lengths, from which it counts as bent."""
 
-BACKWARDS = -0.5
+MIN_BALANCE = -0.5
 """Balance of forward and backward bends of the knees (1 to -1) below which left and right are exchanged."""
 
 _HIPS, _KNEES = ([leg[k] for leg in (LEFT_LEG, RIGHT_LEG)] for k in (0, 1))
@@ -41,19 +41,19 @@ _LEVELS = ([WALKER15.index("head")], _SHOULDERS, _HIPS, _KNEES, list(ANKLES))
 
 
 def axis_up(positions: np.ndarray, fixed: UpAxis = UpAxis.auto) -> tuple[UpAxis, bool]:
-    """Return the signed axis along which a person stands, and whether the levels of the body are in order along it.
+    """Return the signed axis along which a person stands, and True if the levels of the body are in order along it.
 
     Parameters
     ----------
     positions : (T, 15, 3)
-        Any unit; NaN where a joint was not measured.
+        Joint positions in any unit; NaN where not measured.
     fixed : UpAxis
-        Axis of the mapping: it decides where the data do not.
+        Axis of the mapping, used if the data do not determine the axis.
 
     Notes
     -----
-    The head is above the shoulders, these above the hips, knees and ankles, in the median over time.  Of several such
-    axes that with the largest height counts, or `fixed` if its height is within `NEAR_RATIO` of that.
+    The median levels of head, shoulders, hips, knees and ankles must decrease in this order.  Among several such axes,
+    the one with the largest height is returned, or `fixed` if its height is within `NEAR_RATIO` of that.
     """
     levels = [positions[:, joints].mean(axis=1) for joints in _LEVELS]
     levels = [level for level in levels if np.isfinite(level).all(axis=-1).any()]
@@ -86,10 +86,10 @@ def not_upright(body: np.ndarray, rejects: bool) -> list[Complaint]:
     axis, ordered = axis_up(body, UpAxis.z)
     if ordered and axis == UpAxis.z:
         return []
-    what = f"the body stands along {axis}" if ordered else "the body stands along no axis"
+    posture = f"the body stands along {axis}" if ordered else "the body stands along no axis"
     sentence = str(
         InvalidInput(
-            f"{what}: is the axis that points up another one (data.up=…), or are points mapped to wrong joints?",
+            f"{posture}: is the axis that points up another one (data.up=…), or are points mapped to wrong joints?",
             expected="head, shoulders, hips, knees and ankles in this order along z",
         )
     )
@@ -97,7 +97,7 @@ def not_upright(body: np.ndarray, rejects: bool) -> list[Complaint]:
 
 
 def _forward(body: np.ndarray) -> np.ndarray:
-    """Return the horizontal unit direction (T, 3) that the hips face."""
+    """Horizontal unit vectors (T, 3) in the direction that the hips face."""
     right = body[:, _HIPS[1]] - body[:, _HIPS[0]]
     forward = np.stack([-right[:, 1], right[:, 0], np.zeros(len(body))], axis=-1)
     return forward / np.maximum(np.linalg.norm(forward, axis=-1, keepdims=True), np.finfo(float).tiny)
@@ -108,18 +108,21 @@ def bent_knees(body: np.ndarray, leg: float, rejects: bool) -> list[Complaint]:
     hips, knees, ankles = (body[:, part] for part in (_HIPS, _KNEES, ANKLES))
     along = ankles - hips
     share = ((knees - hips) * along).sum(axis=-1) / np.maximum((along**2).sum(axis=-1), np.finfo(float).tiny)
-    off = knees - hips - share[..., None] * along
-    forward = (off * _forward(body)[:, None]).sum(axis=-1) / leg
-    bent = forward[np.abs(forward) > BENT]  # NaN is not
+    offset = knees - hips - share[..., None] * along
+    forward = (offset * _forward(body)[:, None]).sum(axis=-1) / leg
+    bent = forward[np.abs(forward) > MIN_BEND]  # NaN compares false
     balance = float(bent.sum() / np.abs(bent).sum()) if len(bent) else 0.0
-    if balance >= BACKWARDS:
+    if balance >= MIN_BALANCE:
         return []
-    sentence = "the knees bend backwards from where the hips face: left and right are exchanged in the names of points"
+    sentence = (
+        "the knees bend backwards, relative to the direction that the hips face: left and right are exchanged in the"
+        " point names"
+    )
     return [Complaint("mirrored", sentence, values={"balance": balance}, rejects=rejects)]
 
 
 def crouched(body: np.ndarray, leg: float) -> list[Complaint]:
-    """Return a remark if the walker is crouched: the median height of the hips above the ankles is low."""
+    """Return a remark if the walker is crouched, with a low median height of the hips above the ankles."""
     heights = (body[:, _HIPS, 2] - body[:, ANKLES, 2]).mean(axis=1)
     heights = heights[np.isfinite(heights)]
     height = float(np.median(heights)) if len(heights) else np.nan
@@ -134,22 +137,22 @@ def crouched(body: np.ndarray, leg: float) -> list[Complaint]:
 
 
 def cadence(body: np.ndarray, frame_rate_hz: float) -> list[Complaint]:
-    """A remark on more strides a second than people make: the strongest frequency of the ankles' fore-aft distance."""
-    apart = ((body[:, ANKLES[0]] - body[:, ANKLES[1]]) * _forward(body)).sum(axis=-1)
-    seen = np.flatnonzero(np.isfinite(apart))
-    if len(seen) < 8:
+    """Return a remark on a stride frequency above the human range, from the fore-aft distance of the ankles."""
+    distance = ((body[:, ANKLES[0]] - body[:, ANKLES[1]]) * _forward(body)).sum(axis=-1)
+    measured = np.flatnonzero(np.isfinite(distance))
+    if len(measured) < 8:
         return []
-    apart = np.interp(np.arange(seen[0], seen[-1] + 1), seen, apart[seen])
-    size = max(len(apart), min(8 * len(apart), FINE))
-    power = np.abs(np.fft.rfft(apart - apart.mean(), size)) ** 2
+    distance = np.interp(np.arange(measured[0], measured[-1] + 1), measured, distance[measured])
+    size = max(len(distance), min(8 * len(distance), MAX_PADDED))
+    power = np.abs(np.fft.rfft(distance - distance.mean(), size)) ** 2
     frequencies = np.fft.rfftfreq(size, 1.0 / frame_rate_hz)
     power[(frequencies < STRIDES_HZ[0]) | (frequencies > STRIDES_HZ[1])] = 0.0
     strides = float(frequencies[power.argmax()])
-    if strides <= MOST_STRIDES_HZ:
+    if strides <= MAX_STRIDES_HZ:
         return []
     rate = frame_rate_hz / strides
     sentence = (
-        f"{strides:.1f} strides a second are more than people walk: is the frame rate {frame_rate_hz:g} Hz?"
-        f" At {rate:.0f} Hz it would be 1"
+        f"{strides:.1f} strides per second are too many for a walk: is the frame rate {frame_rate_hz:g} Hz?"
+        f" At {rate:.0f} Hz there would be 1"
     )
     return [Complaint("rate", sentence, values={"strides_hz": strides, "frame_rate_hz": rate})]

@@ -39,8 +39,8 @@ def run(experiment: Experiment, store: Store, population: int | None = None) -> 
         stage, seed, workers = "population", seed_of(experiment, population), 1
     request = experiment.data.request(corpus, experiment.skeleton, seed, workers)
     options, make, result, sources = request.options, request.make, corpus.result, [request.source]
-    if dataset and request.letting_go and not experiment.sweep.reads_clips:
-        options, make = {"clips": options, "dataset": dataset}, partial(dataset.represent, request.letting_go)
+    if dataset and request.streaming and not experiment.sweep.reads_clips:
+        options, make = {"clips": options, "dataset": dataset}, partial(dataset.represent, request.streaming)
         result, sources = result_type(dataset.represent), [*sources, type(dataset).__module__]
     try:
         return stored(store, stage, options, [], make, result=result, sources=sources)

@@ -30,7 +30,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Generic, Protocol, T
 import numpy as np
 
 from pipeline.charts import Sheet
-from pipeline.clips.kinds import Corpus, Keep
+from pipeline.clips.kinds import Corpus, Reducer
 from pipeline.clips.options import Data
 from pipeline.scenes import Columns, Notes, Rows
 from pipeline.seeding import derive_generator
@@ -104,7 +104,7 @@ def scaled(**fields: str | float | Mapping[str, float]) -> Any:
 class Represents(Protocol):
     """Options of a dataset whose samples are computed while clips are streamed, one after the other."""
 
-    def represent(self, letting_go: Callable[[Keep], tuple[Any, list[Any]]], /) -> Any:
+    def represent(self, streaming: Callable[[Reducer], tuple[Any, list[Any]]], /) -> Any:
         """Return the samples with their clips, whose positions are discarded."""
 
 

@@ -1,4 +1,4 @@
-"""Synthetic people: `walkers` on a treadmill, `bending` to the floor, `limbs` and bodies with smooth joint angles.
+"""Synthetic people: `walkers` on a treadmill, `bending` to the floor, `limbs` with smooth joint angles.
 
-All have known answers, and none is drawn from the linear models that are tested on them.
+The ground truth of all data is known.  None are drawn from the linear models that are tested on them.
 """

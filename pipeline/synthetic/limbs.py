@@ -1,15 +1,16 @@
-"""Limbs and bodies with known answers, for park2011 section 5.
+"""Synthetic limbs and bodies with ground truth, for park2011 section 5.
 
-Exact properties of each
-------------------------
-`angular_limb`    has constant length, to rounding, and its two angles, in its own chart, lie in the span of the first
-                  K cosines (DCT-II): the limbs of [park2011 4].  Its x, y, z do **not** lie in the span of few
-                  cosines, but the remainder falls faster than geometrically with their number: with K = 3 and
-                  swings of 0.8 rad, 28 of 100 cosines leave less than 1e-13 of it.
-A limb that moves cannot have both constant length and x, y, z in the span of K cosines, when 2 K - 2 < F: its
-coordinates are polynomials of degree K - 1 in
-u = cos(pi (i + 1/2) / F); their squares sum to r^2 at F values of u, more than the degree of that sum, hence for all
-real u; but only a constant polynomial is bounded.  So [park2011 12] has a residual even for perfect data.
+Exact properties
+----------------
+`angular_limb`    has constant length, to rounding.  Its two angles, in its chart, lie in the span of the first K
+                  cosines (DCT-II): the limbs of [park2011 4].  Its x, y, z do **not** lie in the span of few cosines.
+                  The remainder falls faster than geometrically with their number: with K = 3 and swings of 0.8 rad,
+                  28 of 100 cosines leave less than 1e-13 of it.
+
+A moving limb cannot have both constant length and x, y, z in the span of K cosines, if 2 K - 2 < F.  Its coordinates
+are polynomials of degree K - 1 in u = cos(pi (i + 1/2) / F).  Their squares sum to r^2 at F values of u, more than the
+degree of that sum, hence for all real u.  But only a constant polynomial is bounded.  Therefore [park2011 12] has a
+residual even for perfect data.
 
 `synthetic_body`  is a tree of angular limbs on a moving root; all lengths are constant.
 """
@@ -28,10 +29,10 @@ from pipeline.core.limb_chain.lengths import anthropometric_lengths
 from pipeline.validation import InvalidInput, require_range
 
 HIP_HEIGHT = SEGMENTS["thigh"] + SEGMENTS["shank"] + SEGMENTS["ankle_height"]
-"""Height of the pelvis over the floor, as a part of the stature."""
+"""Height of the pelvis above the floor, as a fraction of stature."""
 
-LARGEST_SWING_RAD = 1.5
-"""Largest swing: beyond it the inclination would reach the pole of its chart."""
+MAX_SWING_RAD = 1.5
+"""Largest swing; beyond it the inclination would reach the pole of its chart."""
 
 REST_DIRECTIONS = {
     "sternum": (0.0, 0.0, 1.0),
@@ -43,21 +44,21 @@ REST_DIRECTIONS = {
     "knee": (0.0, 0.15, -1.0),
     "ankle": (0.0, -0.15, -1.0),
 }
-"""Middle direction of the right limb that ends at a joint, for a body that faces +y."""
+"""Mean direction of the right limb that ends at each joint, for a body that faces +y."""
 
 SWINGS_RAD = {"sternum": 0.2, "head": 0.2, "shoulder": 0.25, "hip": 0.2}
-"""Largest swings of the angles of the trunk's limbs."""
+"""Largest swings of the angles of the trunk limbs."""
 
 SWING_RAD = 0.6
 """Largest swing of the angles of arms and legs."""
 
 WANDER_MM = 400.0
-"""Largest horizontal departure of the pelvis, in each coordinate; a tenth of it vertically."""
+"""Largest displacement of the pelvis in each horizontal coordinate; the vertical one is a tenth of it."""
 
 
 @dataclass(frozen=True)
 class AngularLimb:
-    """A limb of constant length with smooth angles.
+    """Limb of constant length with smooth angles.
 
     Attributes
     ----------
@@ -67,7 +68,7 @@ class AngularLimb:
     angles_rad : (F, 2) float64
         Inclination from the chart's z axis and azimuth from its x axis, inside the basis.
     chart : (3, 3) float64
-        Rows are the axes of the chart in world coordinates; x is the middle direction.
+        Axes of the chart in world coordinates, as rows; x is the mean direction.
     """
 
     relative: np.ndarray
@@ -78,12 +79,12 @@ class AngularLimb:
 
 @dataclass(frozen=True)
 class SyntheticBody:
-    """A body of WALKER14 that moves all its limbs smoothly.
+    """Body of WALKER14 with smoothly moving limbs.
 
     Attributes
     ----------
     positions_mm : (F, 15, 3) float64
-        WALKER15 order, world.
+        Joint positions in WALKER15 order, world frame.
     root_mm : (F, 3) float64
         Trajectory of the pelvis.
     relative_mm : (F, 14, 3) float64
@@ -98,24 +99,24 @@ class SyntheticBody:
 
 
 def smooth_series(generator: np.random.Generator, frames: int, count: int, *, bandwidth: int) -> np.ndarray:
-    """Return series (F, count) in the span of the first K orthonormal cosines, with mean zero and maximum one.
+    """Draw series (F, count) in the span of the first K orthonormal cosines, with mean zero and maximum one.
 
     Parameters
     ----------
     generator : numpy.random.Generator
     frames, count : int
     bandwidth : int
-        K, the constant included.
+        K, including the constant.
 
     Raises
     ------
     InvalidInput
-        If K is under 2 or over the number of frames.
+        If K is below 2 or above the number of frames.
     """
     require_range("bandwidth", bandwidth, at_least=2, at_most=frames)
     coefficients = np.zeros((frames, count))
-    slower_first = 1.0 / np.arange(1, bandwidth)
-    coefficients[1:bandwidth] = slower_first[:, None] * generator.standard_normal((bandwidth - 1, count))
+    decay = 1.0 / np.arange(1, bandwidth)
+    coefficients[1:bandwidth] = decay[:, None] * generator.standard_normal((bandwidth - 1, count))
     series = idct(coefficients, axis=0, norm="ortho")
     return series / np.abs(series).max(axis=0)
 
@@ -129,25 +130,25 @@ def angular_limb(
     bandwidth: int = 3,
     middle: np.ndarray | None = None,
 ) -> AngularLimb:
-    """Return a limb of constant length whose angles lie in a cosine basis [park2011 3].
+    """Draw a limb of constant length with angles in a cosine basis [park2011 3].
 
     Parameters
     ----------
     generator : numpy.random.Generator
     frames : int
     length_mm : float
-        r; 0: the joint coincides with its parent.
+        r; with 0 the joint coincides with its parent.
     swing_rad : float
-        Largest departure of each angle from its middle; 0: the limb keeps its direction.
+        Largest deviation of each angle from its mean direction; with 0 the limb keeps its direction.
     bandwidth : int
-        K, the constant included.
+        K, including the constant.
     middle : (3,) or None
-        Middle direction, of any length; drawn when None.
+        Mean direction, of any length; drawn if None.
 
     Raises
     ------
     InvalidInput
-        If an argument is out of range or `middle` is no direction.
+        If an argument is out of range, or `middle` is not a direction.
 
     Examples
     --------
@@ -156,7 +157,7 @@ def angular_limb(
     True
     """
     require_range("length_mm", length_mm, at_least=0)
-    require_range("swing_rad", swing_rad, at_least=0, at_most=LARGEST_SWING_RAD)
+    require_range("swing_rad", swing_rad, at_least=0, at_most=MAX_SWING_RAD)
     towards = generator.standard_normal(3) if middle is None else np.asarray(middle, float)
     twist = generator.uniform(-np.pi, np.pi)
     angles = np.array([np.pi / 2.0, 0.0]) + swing_rad * smooth_series(
@@ -176,7 +177,7 @@ def synthetic_body(
     stature_mm: float = 1700.0,
     bandwidth: int = 5,
 ) -> SyntheticBody:
-    """Return a body of mean proportions of `angular_limb`s on a moving pelvis [park2011 3].
+    """Draw a body of `angular_limb`s with mean proportions and a moving pelvis [park2011 3].
 
     Parameters
     ----------
@@ -184,7 +185,7 @@ def synthetic_body(
     frames : int
     stature_mm : float
     bandwidth : int
-        K of all angles and of the pelvis, the constant included.
+        K of all angles and of the pelvis, including the constant.
 
     Raises
     ------
@@ -210,11 +211,11 @@ def synthetic_body(
 
 
 def _chart(towards: np.ndarray, twist_rad: float) -> np.ndarray:
-    """Return axes (rows), the first along `towards`, turned about it."""
+    """Return orthonormal axes as rows, the first along `towards`, the others rotated about it."""
     size = np.linalg.norm(towards) if towards.shape == (3,) else np.nan
     if not 0.0 < size < np.inf:
         raise InvalidInput(
-            "must be a vector (3,), not zero", "middle", received=towards, code="not_a_direction"
+            "must be a non-zero vector (3,)", "middle", received=towards, code="not_a_direction"
         )
     x = towards / size
     y = np.eye(3)[np.abs(x).argmin()]

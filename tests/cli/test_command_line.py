@@ -440,7 +440,7 @@ def amc_without_its_skeleton(people: WalkingPopulation, folder: Path) -> None:
 BAD_CLIPS: list[tuple[Callable[[WalkingPopulation, Path], None], str]] = [
     (missing_joint, "needs the point 'left_knee'"),
     (joint_never_seen, "needs the point 'left_knee'"),
-    (two_people, "the file holds 2 people: choose one by"),
+    (two_people, "the file has 2 people: select one with"),
     (standing, "no steady walking"),
     (backwards, "not forwards"),
     (few_frames, "no steady walking"),

@@ -185,7 +185,7 @@ def test_a_frequency_far_from_the_others_is_a_code_of_the_row_whatever_its_sente
         steady_walk(RawClip(report_row(REPORT_COLUMNS, clip="slow"), made.positions_mm[2], 30.0), Steady())
     )
     assert all(walk.positions is not None for walk in found)
-    monkeypatch.setattr("pipeline.clips.walks.EQUAL_FIT_RATIO", np.inf if ambiguous else 1.5)
+    monkeypatch.setattr("pipeline.clips.walks.MAX_EQUAL_FIT_RATIO", np.inf if ambiguous else 1.5)
     *usual, slow = (walk.row for walk in compared(found, 1.6))
     assert [row["code"] for row in usual] == ["", ""]
     assert (slow["verdict"], slow["code"]) == ("refused" if ambiguous else "kept", FAR_FREQUENCY)

@@ -155,7 +155,7 @@ def test_a_file_that_is_another_is_named_and_stays(case: Case, server: Server) -
     target.parent.mkdir(parents=True)
     other = CONTENT[:-1] + bytes([CONTENT[-1] ^ 1])  # same size, and were it of the same time
     target.write_bytes(other)
-    assert case.fetch().failed == [("zoo/a", "another file is in its place: move it away")]
+    assert case.fetch().failed == [("zoo/a", "a different file has the same path: move it away")]
     assert target.read_bytes() == other
     target.unlink()
     assert case.fetch().fetched == ["zoo/a"]
@@ -199,7 +199,7 @@ def test_answers_always_cut_short_fail_and_do_not_hold_up_the_others(
     report = case.fetch()
     ((path, why),) = report.failed
     assert path == "zoo/a"
-    assert "no whole answer" in why
+    assert "no complete response" in why
     assert "70000" in why
     assert report.fetched == ["zoo/b", "zoo/c"]
     assert server.requests == ["a", "a", "b", "c"]
@@ -233,7 +233,7 @@ def test_every_failure_is_listed_with_its_reasons(case: Case, server: Server) ->
     assert report.without_address == ["zoo/nowhere"]
     assert why["zoo/wrong"] == f"{server.address('wrong')}: sha256 differs"
     assert why["zoo/longer"].endswith("longer than 200000 bytes")
-    assert why["zoo/shorter"].endswith("no whole answer (199999 of 200000 bytes)")
+    assert why["zoo/shorter"].endswith("no complete response (199999 of 200000 bytes)")
     assert why["zoo/missing"].endswith("HTTP 404 Not Found")
     assert "0 of 200000 bytes" in why["zoo/empty"]
     assert "ftp" in why["zoo/moved"]
@@ -244,7 +244,7 @@ def test_every_failure_is_listed_with_its_reasons(case: Case, server: Server) ->
     text = str(report)
     assert text.splitlines()[0] == "1 fetched, 0 present, 8 failed"
     assert "failed: zoo/missing: " in text
-    assert text.splitlines()[-1] == "no public address, only a mirror can have it: zoo/nowhere"
+    assert text.splitlines()[-1] == "no public address, available only from a mirror: zoo/nowhere"
     assert case.parts() == []
 
 
@@ -286,13 +286,13 @@ def test_a_refused_connection_is_a_reason(case: Case) -> None:
         case.add(f"zoo/{n}", CONTENT, address=f"http://127.0.0.1:{port}/a")
     reasons = [why for _, why in case.fetch().failed]
     assert "refused" in reasons[0]
-    assert reasons[2].endswith("not asked, for this host did not answer before")
+    assert reasons[2].endswith("skipped, because this host did not respond before")
 
 
 def test_a_server_that_hangs_up_is_a_reason(case: Case, server: Server) -> None:
     server.manners["a"] = "hang up"
     case.add("zoo/a", CONTENT, address=server.address("a"))
-    assert "no whole answer" in case.fetch().failed[0][1]
+    assert "no complete response" in case.fetch().failed[0][1]
 
 
 def test_the_mirror_is_asked_first(case: Case) -> None:
@@ -443,7 +443,7 @@ def test_a_full_disk_stops_the_run_in_one_sentence(
 
 def test_a_folder_in_the_place_of_a_file_is_a_reason(case: Case) -> None:
     case.add("zoo/a", CONTENT).mkdir(parents=True)
-    assert case.fetch(no_network).failed == [("zoo/a", "a folder stands in its place")]
+    assert case.fetch(no_network).failed == [("zoo/a", "a folder has the same path: move it away")]
 
 
 def test_progress_counts_files_and_bytes(case: Case, server: Server) -> None:
@@ -544,6 +544,6 @@ def test_requests_wait_only_so_long(case: Case) -> None:
 
     case.add("zoo/a", CONTENT, address="http://127.0.0.1:9/a")
     assert case.fetch(opener).failed[0][1] == (
-        "http://127.0.0.1:9/a: no whole answer (TimeoutError('timed out'))"
+        "http://127.0.0.1:9/a: no complete response (TimeoutError('timed out'))"
     )
     assert waits == [fetch_transfer.TIMEOUT_S]

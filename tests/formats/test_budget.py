@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from pipeline import formats
-from pipeline.formats.budget import LEAST, MOST, PER_BYTE, read_one, require_memory
+from pipeline.formats.budget import MAX_BYTES, MIN_BYTES, PER_BYTE, read_one, require_memory
 from pipeline.formats.text import read_text
 from tests.rejects import rejects
 from walk3d.film import keypoints
@@ -53,7 +53,7 @@ def refused(
     try:
         with rejects(code, where, **values):
             read(path)
-        assert tracemalloc.get_traced_memory()[1] < min(max(PER_BYTE * size, LEAST), MOST)
+        assert tracemalloc.get_traced_memory()[1] < min(max(PER_BYTE * size, MIN_BYTES), MAX_BYTES)
     finally:
         tracemalloc.stop()
 
@@ -94,14 +94,14 @@ def test_any_error_is_the_refusal_of_its_file(error: Exception, tmp_path: Path) 
 
 
 def test_the_budget_follows_what_was_read_of_the_clip(tmp_path: Path) -> None:
-    (tmp_path / "a.txt").write_bytes(b"1 " * LEAST)
+    (tmp_path / "a.txt").write_bytes(b"1 " * MIN_BYTES)
 
     def ask(path: Path, needed: int) -> int:
         read_text(path)
         require_memory(needed, path.name)
         return needed
 
-    enough = PER_BYTE * 2 * LEAST
+    enough = PER_BYTE * 2 * MIN_BYTES
     assert read_one(tmp_path / "a.txt", ask, needed=enough) == enough
     with rejects("too_much_memory", "a.txt", budget=enough):
         read_one(tmp_path / "a.txt", ask, needed=enough + 1)
@@ -154,15 +154,15 @@ def test_a_file_of_three_gigabytes_is_not_read(
     tracemalloc.start()
     with rejects("file_too_large", f"a{suffix}"):
         read(path)
-    assert tracemalloc.get_traced_memory()[1] < LEAST
+    assert tracemalloc.get_traced_memory()[1] < MIN_BYTES
     tracemalloc.stop()
 
 
 def test_words_are_counted_before_a_large_text_is_split(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr("pipeline.formats.text.MOST", 2**20)
-    monkeypatch.setattr("pipeline.formats.budget.MOST", 2**20)
+    monkeypatch.setattr("pipeline.formats.text.MAX_BYTES", 2**20)
+    monkeypatch.setattr("pipeline.formats.budget.MAX_BYTES", 2**20)
     path = tmp_path / "a.txt"
     path.write_text("1 2 3\n" * 5000, encoding="utf-8")
     with rejects("file_too_large", budget=2**20):
@@ -221,7 +221,9 @@ def test_names_are_no_formulas(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("time,=1+1_x,=1+1_y,=1+1_z\n0,1,2,3\n1,1,2,3\n", encoding="utf-8")
     motion = formats.read(tmp_path / "a.csv")
     assert motion.names == ("'=1+1",)
-    assert motion.notes == ("Names that a spreadsheet would run begin with an apostrophe: '=1+1.",)
+    assert motion.notes == (
+        "Names that a spreadsheet would run as formulas get an apostrophe in front: '=1+1.",
+    )
     (tmp_path / "b.csv").write_text("frame,person,keypoint,x,y\n0,@SUM(A1),=cmd,1,2\n", encoding="utf-8")
     found = keypoints.read(tmp_path / "b.csv")
     assert (found.names, found.identity.tolist()) == (("'=cmd",), ["'@SUM(A1)"])

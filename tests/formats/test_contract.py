@@ -51,7 +51,7 @@ def test_a_rate_that_makes_no_sense_is_refused_and_another_one_than_the_files_ow
     own = formats.read(path).frame_rate_hz
     told = formats.read(path, frame_rate_hz=2.0 * own)
     assert told.frame_rate_hz in (own, 2.0 * own)
-    assert any("which are used" in note for note in told.notes) == (told.frame_rate_hz == own)
+    assert any("they are used instead" in note for note in told.notes) == (told.frame_rate_hz == own)
 
 
 @readable
@@ -142,7 +142,7 @@ def test_points_in_name_only_are_missing_points() -> None:
     check_contract(motion)
     assert motion.names == ("LANK", "RANK")
     assert motion.valid[:, 1].tolist() == [False, True, True, True]
-    assert motion.notes == ("Points in name only, never measured: LSHO.",)
+    assert motion.notes == ("Points without any measured sample are left out: LSHO.",)
     nothing = motion_capture(["LANK", "RANK"], np.full((2, 2, 3), np.nan), 100.0, "mm", [])
     assert nothing.names == ("LANK", "RANK")  # who asks says that nothing was measured
 
@@ -152,12 +152,12 @@ def test_the_second_of_two_equal_names_is_numbered() -> None:
     positions = np.arange(len(names))[None, :, None] * np.full((3, 1, 3), 50.0)
     motion = motion_capture(names, positions, 100.0, "mm", [])
     assert motion.names == ("LKNE", "RKNE", "LKNE_3", "LANK", "RANK", "LKNE_4", "LKNE_2", "SACR")
-    assert motion.notes == ("Names that stand twice are numbered: LKNE_3, LKNE_4.",)
+    assert motion.notes == ("Repeated names are numbered: LKNE_3, LKNE_4.",)
     np.testing.assert_array_equal(motion.positions_mm, positions)
     positions[:, 2] = positions[:, 0]  # a copy of one point
     copied = motion_capture(names, positions, 100.0, "mm", [])
     assert copied.names[2] == "LKNE"
-    assert "1 names of points stand more than once." in copied.notes
+    assert "1 point names are repeated." in copied.notes
     two_people = motion_capture(["LKNE", "RKNE", "LKNE", "RKNE"], positions[:, :4], 100.0, "mm", [])
     assert two_people.names == ("LKNE", "RKNE", "LKNE", "RKNE")
 
@@ -188,7 +188,7 @@ def test_gaps_may_be_written_as_a_number_that_is_no_place(tmp_path: Path, suffix
     motion = formats.read(path)
     assert motion.names == ("LASI", "RASI", "LTHI", "LKNE", "RKNE")
     assert np.argwhere(~motion.valid).tolist() == [[5, 1], [6, 1], [7, 1], [18, 1], [19, 1]]
-    assert f"25 samples are {number:.6g} in every coordinate and are taken as missing." in motion.notes
+    assert f"25 samples are {number:.6g} in every coordinate and count as missing." in motion.notes
 
 
 def test_a_root_that_stays_at_the_origin_is_kept(tmp_path: Path) -> None:

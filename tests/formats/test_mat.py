@@ -13,7 +13,7 @@ import pytest
 from scipy.io import savemat
 
 from pipeline import formats
-from pipeline.formats.budget import LEAST, PER_BYTE
+from pipeline.formats.budget import MIN_BYTES, PER_BYTE
 from tests.formats.contract import check_contract
 from tests.rejects import rejects
 
@@ -131,6 +131,6 @@ def test_compression_is_no_way_to_ask_for_memory(times: int, tmp_path: Path) -> 
     try:
         with rejects("wrong_format", "a.mat"):
             formats.read(path)
-        assert tracemalloc.get_traced_memory()[1] < max(PER_BYTE * path.stat().st_size, LEAST)
+        assert tracemalloc.get_traced_memory()[1] < max(PER_BYTE * path.stat().st_size, MIN_BYTES)
     finally:
         tracemalloc.stop()

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from pipeline import formats
-from pipeline.formats.budget import LEAST, PER_BYTE
+from pipeline.formats.budget import MIN_BYTES, PER_BYTE
 from pipeline.skeleton.recorded import MotionCapture
 from pipeline.validation import InvalidInput
 from tests.formats.contract import FIXTURES, check_contract
@@ -44,7 +44,7 @@ def test_damaged_copies_are_read_or_refused(sample: Sample, tmp_path: Path) -> N
                 before, _ = tracemalloc.get_traced_memory()
                 content, refusal = _read(sample, path)
                 _, peak = tracemalloc.get_traced_memory()
-                if within := peak - before < max(PER_BYTE * size, LEAST):
+                if within := peak - before < max(PER_BYTE * size, MIN_BYTES):
                     break
             assert within, seed
             refusals += refusal

@@ -66,7 +66,7 @@ def test_a_bvh_with_the_names_of_cmu_stands_upright_whatever_its_axes(
     positions, valid = pipeline.joints(motion)
     assert valid.all()
     np.testing.assert_allclose(positions, person, atol=0.01)
-    sentence = f"cmu_bvh says that y points up, but the body stands along {up}, which is used"
+    sentence = f"cmu_bvh declares that y points up, but the body stands along {up}, which is used"
     assert [str(warning.message) for warning in recwarn.list] == [sentence] * (up != "y")
     read, _, _ = joints_of(motion, None)
     assert [complaint.code for complaint in read.complaints] == ["axis"] * (up != "y")
@@ -122,7 +122,7 @@ def test_inspect_says_which_axis_is_used_and_takes_another(person: np.ndarray, t
     source = str(cmu_bvh(tmp_path / "a.bvh", person, 1))
     (found,) = inspect([source, "units=cm"])
     assert "axis up: z" in found.lines
-    assert "cmu_bvh says that y points up, but the body stands along z, which is used" in found.lines
+    assert "cmu_bvh declares that y points up, but the body stands along z, which is used" in found.lines
     assert found.strides > 2
     (found,) = inspect([source, "units=cm", "up=-x"])
     assert "axis up: -x" in found.lines

@@ -43,7 +43,7 @@ def test_labels_are_exchanged_back(joint: str, first: int, count: int) -> None:
     found = exchanged_back(recorded(exchanged(truth, joint, first, count)), EVERY)
     np.testing.assert_array_equal(found.positions_mm, truth)
     (note,) = remarks_of(EXCHANGED, found.notes)
-    assert f"left_{joint} and right_{joint} change places: {count} frames from {first} to" in note
+    assert f"left_{joint} and right_{joint} have exchanged labels: {count} frames from {first} to" in note
 
 
 def test_points_that_were_never_looked_at_and_halves_of_a_walk_stay() -> None:
@@ -52,7 +52,7 @@ def test_points_that_were_never_looked_at_and_halves_of_a_walk_stay() -> None:
     half = exchanged(walk(), "ankle", 100, round(MAX_EXCHANGED * 240) + 2)
     found = exchanged_back(recorded(half), EVERY)
     np.testing.assert_array_equal(found.positions_mm, half)
-    assert "from frame 100 on their labels differ" in remarks_of(EXCHANGED, found.notes)[0]
+    assert "the labels change at frame 100" in remarks_of(EXCHANGED, found.notes)[0]
 
 
 def test_a_walk_is_as_it_was_and_a_warning_says_why(tmp_path: Path) -> None:
@@ -60,7 +60,7 @@ def test_a_walk_is_as_it_was_and_a_warning_says_why(tmp_path: Path) -> None:
     for name, positions in (("truth", truth), ("a", exchanged(truth, "ankle", 100, 10))):
         trc.write(tmp_path / f"{name}.trc", WALKER15.joints, positions, HZ)
     expected = represent(tmp_path / "truth.trc").coefficients
-    with pytest.warns(UserWarning, match=r"a\.trc: left_ankle and right_ankle change places"):
+    with pytest.warns(UserWarning, match=r"a\.trc: left_ankle and right_ankle have exchanged labels"):
         found = represent(tmp_path / "a.trc").coefficients
     np.testing.assert_array_equal(found, expected)
 

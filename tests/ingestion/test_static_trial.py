@@ -154,7 +154,7 @@ def test_a_folder_of_one_static_and_two_walks_a_person_loads(tmp_path: Path) -> 
     assert list(walks.person) == ["anna", "anna", "ben", "ben", "carl", "carl"]
     kept = [row for row in walks.report if row["verdict"] == "kept"]
     for row, static in zip(kept, np.repeat(list(statics.values()), 2), strict=True):
-        assert f"Carried along from the static trial {static}" in row["reason"]
+        assert f"Added from the static trial {static}" in row["reason"]
         assert not row["missing_joints"]
     refused = {row["clip"] for row in walks.report} - {row["clip"] for row in kept}
     assert refused == {f"{who}/{name}" for who, name in statics.items()}
@@ -181,7 +181,7 @@ def test_inspect_takes_a_static_trial_and_guesses_no_joint_from_clusters(tmp_pat
     assert found.strides > 3
     assert any("15 of 15 joints" in line for line in found.lines)
     (found,) = inspect([str(alone), f"static={alone}"])
-    assert "nobody stands still" in found.lines[-1]
+    assert "does not stand still" in found.lines[-1]
     save(tmp_path / "walk" / "anna_static.trc", static)
     (found,) = inspect([str(alone)])
     assert found.strides > 3

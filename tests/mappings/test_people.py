@@ -104,7 +104,7 @@ def test_one_person_is_one_person(named: Callable[[str], str]) -> None:
     assert people(motion, shipped().values()) == {}
     read, positions, _ = joints_of(motion, None, "anna")
     np.testing.assert_array_equal(positions, FIRST)
-    assert any("holds one person" in note for note in read.notes)
+    assert any("has one person" in note for note in read.notes)
 
 
 def test_objects_beside_a_person_are_nobody() -> None:

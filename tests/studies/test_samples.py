@@ -40,7 +40,7 @@ def test_walks_that_are_let_go_have_the_samples_and_the_report_of_those_that_are
         walks, "Steady", partial(Steady, frequency_ratio=ratio)
     )  # 1.03: many are compared again
     kept = walks.synthetic_walks(PEOPLE, 5, 1)
-    gone = dataset.shared().represent(partial(walks.walks_let_go, PEOPLE, 5, 1))
+    gone = dataset.shared().represent(partial(walks.streamed_walks, PEOPLE, 5, 1))
     assert len(gone.positions) == 0
     assert gone.report == kept.report
     assert any(row["reason"] for row in gone.report) == (ratio < 1.1)

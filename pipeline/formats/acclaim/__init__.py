@@ -1,4 +1,4 @@
-"""Acclaim files: a skeleton (ASF) and the motions of it (AMC)."""
+"""Reading of Acclaim files: a skeleton (ASF) and its motions (AMC)."""
 
 from pipeline.formats.acclaim.amc import read, skeleton_of
 

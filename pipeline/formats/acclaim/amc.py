@@ -1,6 +1,6 @@
-"""Acclaim motions (AMC): joint angles in, positions of bone ends out, by the skeleton (ASF) beside them.
+"""Reader of Acclaim motions (AMC): bone positions from joint angles and the skeleton file (ASF).
 
-The conventions are those of `pipeline.formats.acclaim.asf`; the root's translation is in the skeleton's unit of
+The conventions are those of `pipeline.formats.acclaim.asf`.  The translation of the root is in the skeleton's unit of
 length.
 """
 
@@ -25,7 +25,7 @@ from pipeline.formats.text import read_numbers
 from pipeline.skeleton.recorded import MotionCapture
 
 FRAME_RATE_HZ = 120.0
-"""Frame rate of the public recordings in this format, which does not state it."""
+"""Frame rate of the public AMC recordings; the format does not store it."""
 
 _FRAME_NUMBER = re.compile(r"^[ \t]*(\d{1,9})[ \t]*$", re.MULTILINE)
 
@@ -36,7 +36,7 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
     Parameters
     ----------
     path : Path
-        The motion (.amc); `skeleton_of` says which skeleton belongs to it.
+        The motion (.amc); `skeleton_of` finds its skeleton.
     frame_rate_hz : float, optional
         Frames per second; `FRAME_RATE_HZ` if not given.
     units : str, optional
@@ -57,7 +57,7 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
     skeleton = read_skeleton(skeleton_of(path), units=units)
     first = _FRAME_NUMBER.search(text)
     if first is None:
-        raise damaged("no frame found", path.name, "an AMC motion with numbered frames", code="no_frames")
+        raise damaged("the file has no numbered frames", path.name, "an AMC motion", code="no_frames")
     radians = _header(text[: first.start()], skeleton.radians, path.name, notes)
     start, values = _values(text[first.start() :], skeleton, path.name)
     require_points(len(values), len(skeleton.names), path.name)
@@ -75,15 +75,16 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
 
 
 def skeleton_of(path: Path) -> Path:
-    """Find the skeleton (.asf) of a motion (.amc): in its folder, one folder up, or in ``asf/`` beside its folder.
+    """Find the skeleton file (.asf) of a motion file (.amc).
 
-    It is the only one there, or the one whose name is the longest beginning of the motion's name (``16.asf`` for
-    ``16_11.amc``).  In ``asf/`` its name begins with the same number (``07-walk.asf`` for ``07_01-walk.amc``).
+    The folder of the motion, its parent and the parent's folder ``asf`` are searched, in this order.  Among several
+    skeletons, the one with the longest name that begins the motion's name is taken (``16.asf`` for ``16_11.amc``).  In
+    ``asf`` the names must begin with the same number (``07-walk.asf`` for ``07_01-walk.amc``).
 
     Raises
     ------
     InvalidInput
-        If there is none, several may be meant, or a folder cannot be read.
+        If there is no skeleton, several fit, or a folder cannot be read.
     """
     skeletons: list[Path] = []
     asf_folder = path.parent.parent / "asf"
@@ -94,12 +95,12 @@ def skeleton_of(path: Path) -> Path:
             skeletons = sorted(p for p in folder.iterdir() if p.suffix.lower() == ".asf")
         except OSError as error:
             raise damaged(
-                "the folder of its skeleton cannot be read",
+                "the folder of the skeleton file cannot be read",
                 path.name,
                 received=error.strerror or "",
                 code="unreadable",
             ) from None
-        if folder is asf_folder:  # which holds the skeletons of everybody
+        if folder is asf_folder:  # contains the skeletons of all people
             skeletons = [p for p in skeletons if _number(p) == _number(path)]
         if skeletons:
             break
@@ -109,9 +110,9 @@ def skeleton_of(path: Path) -> Path:
         skeletons = [p for p in begins if len(p.stem) == longest] or skeletons
     if len(skeletons) != 1:
         raise damaged(
-            "the skeleton of this motion is not clear",
+            "the skeleton file of this motion is missing or ambiguous",
             path.name,
-            "one .asf beside it, one folder up or in asf/",
+            "one .asf file in its folder, one folder up or in asf/",
             ", ".join(p.name for p in skeletons) or "none",
             code="unclear_skeleton",
             skeletons=[p.name for p in skeletons],
@@ -120,18 +121,18 @@ def skeleton_of(path: Path) -> Path:
 
 
 def _number(path: Path) -> str:
-    """The number that a name begins with, empty if there is none."""
+    """Number at the beginning of a file name, without leading zeros; empty if there is no number."""
     return str(re.findall("^0*([0-9]*)", path.stem)[0])
 
 
 def _header(header: str, radians: float, where: str, notes: list[str]) -> float:
-    """Radians in one unit of angle of the motion; lines that are not used are noted."""
+    """Radians per unit of angle of the motion; unused header lines are noted."""
     for line in filter(None, map(str.strip, header.split("\n"))):
         if not line.startswith(":"):
             raise damaged(
-                "the header has a line that is no keyword",
+                "the header has a line without a keyword",
                 where,
-                ":FULLY-SPECIFIED, :DEGREES, then the number of a frame",
+                ":FULLY-SPECIFIED, :DEGREES, then a frame number",
                 f"{line!r:.40}",
                 code="unknown_keyword",
                 keyword=line,
@@ -145,12 +146,12 @@ def _header(header: str, radians: float, where: str, notes: list[str]) -> float:
 
 
 def _values(body: str, skeleton: AsfSkeleton, where: str) -> tuple[int, np.ndarray]:
-    """Number of the first frame, and the values (T, C) of the skeleton's channels; bones may come in any order.
+    """Number of the first frame and values (T, C) of the skeleton's channels, with bones in any order.
 
     Raises
     ------
     InvalidInput
-        If a frame is missing, repeated or not whole, or has a bone that the skeleton has not.
+        If a frame is missing, repeated or incomplete, or has a bone that is not in the skeleton.
     """
     freedoms = dict(zip(skeleton.names, skeleton.freedoms, strict=True))
     by_lower_name = {name.lower(): name for name in freedoms}
@@ -168,7 +169,7 @@ def _values(body: str, skeleton: AsfSkeleton, where: str) -> tuple[int, np.ndarr
         name = by_lower_name.get(words[0].lower())
         if name is None:
             raise damaged(
-                "the skeleton has no such bone",
+                "the bone is not in the skeleton",
                 location,
                 received=f"{words[0]!r:.40}",
                 code="unknown_joint",
@@ -176,10 +177,10 @@ def _values(body: str, skeleton: AsfSkeleton, where: str) -> tuple[int, np.ndarr
             )
         location += f", bone {name}"
         if name in frames[-1]:
-            raise damaged("a bone stands twice", location, code="joint_twice")
+            raise damaged("the frame has the bone twice", location, code="joint_twice")
         if len(words) != 1 + len(freedoms[name]):
             raise damaged(
-                "a bone has a wrong number of values",
+                "the number of values of the bone is wrong",
                 location,
                 len(freedoms[name]),
                 len(words) - 1,
@@ -190,10 +191,10 @@ def _values(body: str, skeleton: AsfSkeleton, where: str) -> tuple[int, np.ndarr
         frames[-1][name] = words[1:]
     moving = [name for name in skeleton.names if freedoms[name]]
     if not moving:
-        raise damaged("nothing moves: the skeleton has no degrees of freedom", where, code="no_channels")
+        raise damaged("the skeleton has no degrees of freedom: nothing can move", where, code="no_channels")
     for number, frame in zip(numbers, frames, strict=True):
         if missing := [name for name in moving if name not in frame]:
-            what = "the file is cut short" if frame is frames[-1] else "the frame is not whole"
+            what = "the file is truncated" if frame is frames[-1] else "the frame is incomplete"
             raise damaged(
                 f"{what}: a bone is missing",
                 f"{where}, frame {number}, bone {missing[0]}",
@@ -213,9 +214,9 @@ def _values(body: str, skeleton: AsfSkeleton, where: str) -> tuple[int, np.ndarr
             )
     channels = skeleton.channels
 
-    def place_of(n: int) -> str:
+    def location_of(n: int) -> str:
         name, freedom = channels[n % len(channels)]
         return f"{where}, frame {numbers[n // len(channels)]}, bone {name}, {freedom}"
 
     words = [word for frame in frames for name in moving for word in frame[name]]
-    return numbers[0], read_numbers(words, place_of).reshape(len(frames), -1)
+    return numbers[0], read_numbers(words, location_of).reshape(len(frames), -1)

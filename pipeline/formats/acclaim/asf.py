@@ -1,12 +1,12 @@
-"""Acclaim skeletons (ASF): their sections, bones, and positions of bone ends from joint angles.
+"""Reader of Acclaim skeletons (ASF): sections, bones, and bone positions from joint angles.
 
 Conventions
 -----------
-- A point is the *distal* end of a bone and carries the bone's name; ``root`` is the root itself.
-- A bone turns about its parent's end by ``C L C⁻¹``: C from the ``axis`` line, L from the motion.  Both apply
-  their rotations in the order in which they are listed, about fixed axes (``XYZ``: first x, so Rz·Ry·Rx).
+- A point is the *distal* end of a bone and has the bone's name; ``root`` is the root itself.
+- A bone rotates about the end of its parent by ``C L C⁻¹``: C from the ``axis`` line, L from the motion.  Both apply
+  their rotations in the listed order about fixed axes (``XYZ``: first x, hence Rz·Ry·Rx).
 - ``:units length 0.45`` means lengths in inches / 0.45, so one unit is 25.4 / 0.45 = 56.444 mm.
-- Names of bones are the same whatever their case, as the format says.
+- Names of bones are not case-sensitive, as the format specifies.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ SHIFTS = ("tx", "ty", "tz")
 
 @dataclass(frozen=True)
 class AsfSkeleton:
-    """Bones of an ASF file, in millimetres.
+    """Skeleton of an ASF file, with lengths in millimetres.
 
     Attributes
     ----------
@@ -36,17 +36,17 @@ class AsfSkeleton:
     parents : tuple of int
         Index of each point's parent; -1 for the root.
     order : tuple of int
-        The points again, parents before children.
+        Indices of the points, parents before children.
     offsets_mm : (P, 3) float64
-        From the proximal to the distal end of each bone in the base pose; zero for the root.
+        Vector from the proximal to the distal end of each bone in the base pose; zero for the root.
     axes : (P, 3, 3) float64
-        C of each bone: the axes about which it turns.
+        C of each bone: its rotation axes.
     freedoms : tuple of tuple of str
-        Channels of each point in the motion, in their order: ``tx ty tz`` (root only), ``rx ry rz``.
+        Channels of each point in the order of the motion file: ``tx ty tz`` (root only), ``rx ry rz``.
     position_mm : (3,) float64
-        Added to every position of the root.
+        Offset of the root, added to its position in every frame.
     units : str
-        ``"in/0.45"`` for ``length 0.45``, or what the caller gave.
+        Unit of length: ``"in/0.45"`` for ``length 0.45``, or the unit that the caller gave.
     millimetres : float
         Millimetres in one unit of length.
     radians : float
@@ -66,13 +66,13 @@ class AsfSkeleton:
 
     @property
     def channels(self) -> list[tuple[str, str]]:
-        """Point and degree of freedom of each of the C channels, point by point, e.g. ``("lfemur", "rx")``."""
+        """Bone and degree of freedom of each of the C channels, bone by bone, e.g. ``("lfemur", "rx")``."""
         of_points = zip(self.names, self.freedoms, strict=True)
         return [(name, freedom) for name, freedoms in of_points for freedom in freedoms]
 
 
 def read_skeleton(path: Path, *, units: str | None = None) -> AsfSkeleton:
-    """Read the bones of an ASF file.
+    """Read the skeleton of an ASF file.
 
     Parameters
     ----------
@@ -83,8 +83,8 @@ def read_skeleton(path: Path, *, units: str | None = None) -> AsfSkeleton:
     Raises
     ------
     InvalidInput
-        If the file is missing, incomplete or contradicts itself, has a bone that changes its length or its
-        place, or presets an orientation of the root (programs read it differently).
+        If the file is missing, incomplete or contradicts itself, a bone has a variable length, or the root has a
+        preset orientation (programs interpret it differently).
     """
     where = path.name
     declared, root, bones, hierarchy = read_sections(path)
@@ -102,7 +102,7 @@ def read_skeleton(path: Path, *, units: str | None = None) -> AsfSkeleton:
     angle = " ".join(declared.get("angle", [])).lower()
     if angle not in ("deg", "rad"):
         raise damaged(
-            "the unit of angle is unknown",
+            "the file does not state a known unit of angle",
             f"{where}, :units",
             "deg or rad",
             f"{angle!r:.40}",
@@ -112,8 +112,8 @@ def read_skeleton(path: Path, *, units: str | None = None) -> AsfSkeleton:
     radians = np.pi / 180 if angle == "deg" else 1.0
     orientation = read_vector(root.get("orientation", ["0"] * 3), 3, f"{where}, :root, orientation")
     if np.any(orientation):
-        wrong = "the root has a preset orientation"
-        raise damaged(wrong, f"{where}, :root", "0 0 0", code="preset_orientation")
+        message = "the root has a preset orientation, which is not supported"
+        raise damaged(message, f"{where}, :root", "0 0 0", code="preset_orientation")
     position = read_vector(root.get("position", ["0"] * 3), 3, f"{where}, :root, position")
     names = ["root"]
     offsets, axes = [np.zeros(3)], [np.eye(3)]
@@ -123,9 +123,9 @@ def read_skeleton(path: Path, *, units: str | None = None) -> AsfSkeleton:
         name = " ".join(bone.get("name", []))
         if not name or " " in name or name.lower() in (n.lower() for n in names):
             raise damaged(
-                "a bone has no name of its own",
+                "the name of a bone is missing or repeated",
                 f"{where}, bone {len(names)} of :bonedata",
-                "one word, once",
+                "one word, different for each bone",
                 f"{name!r:.40}",
                 code="no_own_name",
                 name=name,
@@ -136,7 +136,7 @@ def read_skeleton(path: Path, *, units: str | None = None) -> AsfSkeleton:
         norm = float(np.linalg.norm(direction))
         if length < 0 or (length > 0 and norm == 0):
             raise damaged(
-                "the bone has no direction or a negative length",
+                "the bone has a negative length, or a length but no direction",
                 location,
                 received=f"{length:g}",
                 code="no_direction",
@@ -164,13 +164,13 @@ def read_skeleton(path: Path, *, units: str | None = None) -> AsfSkeleton:
 
 
 def forward_kinematics(skeleton: AsfSkeleton, values: np.ndarray) -> np.ndarray:
-    """Compute positions of the root and of the distal ends of the bones.
+    """Positions of the root and of the distal ends of the bones, from joint angles.
 
     Parameters
     ----------
     skeleton : AsfSkeleton
     values : (T, C) float64
-        Radians and millimetres, in the order of `skeleton.channels`.
+        Angles in radians and shifts in millimetres, in the order of `skeleton.channels`.
 
     Returns
     -------
@@ -203,7 +203,7 @@ def forward_kinematics(skeleton: AsfSkeleton, values: np.ndarray) -> np.ndarray:
 def _tree(
     hierarchy: list[list[str]], names: list[str], where: str
 ) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    """Parent of each point, and the points with parents before children."""
+    """Index of the parent of each point, and the indices of the points with parents before children."""
     location = f"{where}, :hierarchy"
     index = {name.lower(): p for p, name in enumerate(names)}
     parents = [-1] * len(names)
@@ -212,7 +212,7 @@ def _tree(
         unknown = [word for word in words if word.lower() not in index]
         if unknown:
             raise damaged(
-                "a bone is not in :bonedata",
+                "a bone of the hierarchy is not in :bonedata",
                 location,
                 received=f"{unknown[0]!r:.40}",
                 code="unknown_joint",
@@ -222,7 +222,7 @@ def _tree(
         for child in below:
             if child == 0 or parents[child] >= 0:
                 raise damaged(
-                    "a bone has two parents, or the root has one",
+                    "a bone has two parents, or the root has a parent",
                     location,
                     received=names[child],
                     code="two_parents",
@@ -231,11 +231,11 @@ def _tree(
             parents[child] = parent
         children.setdefault(parent, []).extend(below)
     order = [0]
-    for p in order:  # grows while it is walked: breadth first
+    for p in order:  # the list grows during the loop: breadth first
         order.extend(children.get(p, []))
     if len(order) != len(names):
         raise damaged(
-            "a bone has no path to the root",
+            "a bone is not connected to the root",
             location,
             received=next(name for p, name in enumerate(names) if p not in order),
             code="no_path_to_root",
@@ -245,12 +245,12 @@ def _tree(
 
 
 def _freedoms(words: list[str], where: str, *, root: bool = False) -> tuple[str, ...]:
-    """Degrees of freedom in the order of the file, checked."""
+    """Degrees of freedom in the order of the file, after checks."""
     freedoms = tuple(word.lower() for word in words)
     allowed = TURNS + SHIFTS if root else TURNS
     if len(set(freedoms) & set(allowed)) != len(freedoms):
         raise damaged(
-            "a degree of freedom cannot be used",
+            "the degrees of freedom cannot be used",
             where,
             f"each of {' '.join(allowed)} at most once" + ("" if root else ", at a constant length"),
             " ".join(words)[:60],
@@ -261,7 +261,7 @@ def _freedoms(words: list[str], where: str, *, root: bool = False) -> tuple[str,
 
 
 def _rotation(angles_rad: np.ndarray, words: list[str], where: str) -> np.ndarray:
-    """The (3, 3) rotation of an ``axis`` line: three angles for x, y, z and the order in which they apply."""
+    """Rotation matrix (3, 3) of an ``axis`` line, which has three angles for x, y, z and their order."""
     order = "".join(words).lower()
     if sorted(order) != ["x", "y", "z"]:
         raise damaged(
@@ -282,11 +282,11 @@ _COMMENT = re.compile(r"#(?<!\S#)[^\n]*")  # not inside a word: `-1.#IND` is a b
 _KEYS = ["name", "direction", "length", "axis", "dof", "order", "position", "orientation", "angle"]
 
 _Words = dict[str, list[str]]
-"""The words of lines by the first, which is their key."""
+"""Words of the lines of a section, by the first word of each line."""
 
 
 def read_sections(path: Path) -> tuple[_Words, _Words, list[_Words], list[list[str]]]:
-    """Read the words of an ASF file: of its units, its root, each bone, and each line of its hierarchy.
+    """Split an ASF file into the words of its units, its root, each bone, and each line of its hierarchy.
 
     Raises
     ------
@@ -318,19 +318,21 @@ def read_sections(path: Path) -> tuple[_Words, _Words, list[_Words], list[list[s
             hierarchy.append(words)
         elif section == ":bonedata" or section in plain:
             if section == ":bonedata" and not is_open:
-                raise damaged("a line stands outside `begin` and `end`", location, code="outside_block")
+                raise damaged("a line is outside `begin` and `end`", location, code="outside_block")
             entries = bones[-1] if section == ":bonedata" else plain[section]
             if key in entries and key in _KEYS:
-                raise damaged(f"`{key}` stands twice", f"{location}, {section}", code="key_twice", key=key)
+                raise damaged(f"`{key}` is given twice", f"{location}, {section}", code="key_twice", key=key)
             entries[key] = words[1:]
     if is_open:
-        raise damaged("the file is cut short: a `begin` has no `end`", where, code="truncated")
+        raise damaged("the file is truncated: a `begin` has no `end`", where, code="truncated")
     if not bones or not hierarchy:
-        raise damaged("no bones or no hierarchy", where, ":bonedata and :hierarchy", code="no_joints")
+        raise damaged(
+            "the file has no bones or no hierarchy", where, ":bonedata and :hierarchy", code="no_joints"
+        )
     return plain[":units"], plain[":root"], bones, hierarchy
 
 
 def text_without_comments(path: Path) -> tuple[str, list[str]]:
-    """Read the text of an ASF or AMC file without its comments, and notes, as `read_text` does."""
+    """Read the text of an ASF or AMC file without comments, and the notes of `read_text`."""
     text, notes = read_text(path)
     return _COMMENT.sub("", text), notes

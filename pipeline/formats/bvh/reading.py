@@ -1,13 +1,13 @@
-"""Biovision hierarchies with motion (BVH): channels in, positions of joints out.
+"""Reader of Biovision hierarchies with motion (BVH): joint positions from joint angles.
 
 Conventions
 -----------
 - A point is the origin of a joint; an ``End Site`` is called ``<parent>_end``.
-- A joint's rotations multiply in the order of its channels: ``Zrotation Xrotation Yrotation`` is Rz·Rx·Ry.
-- Position channels take the place of the joint's ``OFFSET``, axis by axis, at the root and elsewhere:
-  exporters write there where the joint is, so adding the two would count the offset twice.
-- Fewer or more frames than declared are read and noted; a frame that is not whole is refused, because the
-  file was cut or damaged there.  A decimal comma is read if no number of the file has a decimal point.
+- The rotations of a joint multiply in the order of its channels: ``Zrotation Xrotation Yrotation`` is Rz·Rx·Ry.
+- Position channels replace the ``OFFSET`` of a joint, axis by axis, at the root and elsewhere.  Exporters write the
+  position itself to these channels, and adding the offset would count it twice.
+- Fewer or more frames than declared are read and noted.  An incomplete frame is rejected, because the file was
+  truncated or damaged there.  A decimal comma is read if no number of the file has a decimal point.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _CHANNEL = re.compile(r"([xyz])(position|rotation)", re.IGNORECASE)
 
 @dataclass
 class Joint:
-    """A joint or end site as the file describes it; `line` is where it begins.
+    """Joint or end site of the hierarchy; `line` is its first line in the file.
 
     Channels are ``tx ty tz rx ry rz`` in the order of the file.
     """
@@ -52,8 +52,8 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
     frame_rate_hz : float, optional
         Not used: the file states its frame time.
     units : str, optional
-        Unit of length, which the format does not state (noted): ``"cm"`` if not given; ``"in/0.45"`` for
-        conversions of the CMU recordings.
+        Unit of length, which the format does not store; default ``"cm"``.  Conversions of the CMU recordings need
+        ``"in/0.45"``.
 
     Returns
     -------
@@ -63,25 +63,25 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
     Raises
     ------
     InvalidInput
-        If the file is missing, not a BVH, cut short in a frame, or contradicts itself.
+        If the file is missing, not a BVH, truncated inside a frame, or contradicts itself.
     """
     assumed, units = units is None, "cm" if units is None else units
     millimetres = millimetres_in(units, path.name)
-    text, odd = read_text(path)
+    text, text_notes = read_text(path)
     lines = text.split("\n")
     joints, motion = read_hierarchy(lines, path.name)
     declared, interval, first = _motion_header(lines, motion, path.name)
     labels = [f"{joint.name}.{channel}" for joint in joints for channel in joint.channels]
     rows, words = _rows(lines, first, labels, path.name)
     require_points(len(rows), len(joints), path.name)
-    notes = [*odd]
+    notes = [*text_notes]
     numbers = [*(word for joint in joints for word in joint.offset), interval, *lines[first:]]
     if any("," in piece for piece in numbers):
         if any("." in piece or re.search(r",(?!\d)", piece) for piece in numbers):
             raise damaged(
-                "commas that may not be decimal commas",
+                "the file has commas that may not be decimal commas",
                 path.name,
-                "no decimal points beside commas, and a digit after each comma",
+                "commas or decimal points but not both, and a digit after each comma",
                 code="ambiguous_commas",
             )
         words = [word.replace(",", ".") for word in words]
@@ -95,10 +95,10 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
     ]
     offsets_mm = np.array(offsets) * millimetres
 
-    def place(n: int) -> str:
+    def location(n: int) -> str:
         return f"{path.name}, line {rows[n // len(labels)]}, channel {labels[n % len(labels)]}"
 
-    values = read_numbers(words, place).reshape(len(rows), -1)
+    values = read_numbers(words, location).reshape(len(rows), -1)
     seconds = number(interval)
     if not 1e-6 <= seconds <= 1e6:
         where = f"{path.name}, Frame Time"
@@ -111,7 +111,7 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
                 code="unusable_rate",
                 text=interval,
             )
-        notes.append(f"The frame time {interval[:40]} cannot be used; the frame rate asked for is.")
+        notes.append(f"The frame time {interval[:40]} cannot be used; the requested frame rate is used.")
         seconds = 1.0 / frame_rate_hz
     compare_frames(declared, len(rows), notes)
     replaced = [
@@ -121,7 +121,7 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
     ]
     if replaced:
         count = f" and {len(replaced) - 1} more" if len(replaced) > 1 else ""
-        notes.append(f"Position channels take the place of the OFFSET of {replaced[0]}{count}.")
+        notes.append(f"Position channels replace the OFFSET of {replaced[0]}{count}.")
 
     scales = np.array([np.pi / 180 if label[-2] == "r" else millimetres for label in labels])
     return motion_capture(
@@ -136,7 +136,7 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
 
 
 def _motion_header(lines: list[str], motion: int, where: str) -> tuple[int, str, int]:
-    """Declared number of frames, frame time as written, and the index of the line after them."""
+    """Declared number of frames, frame time as text, and index of the first line of numbers."""
     values: list[str] = []
     for i in range(motion + 1, len(lines)):
         if not lines[i].strip():
@@ -145,7 +145,7 @@ def _motion_header(lines: list[str], motion: int, where: str) -> tuple[int, str,
         match = re.fullmatch(key.replace(" ", r"\s+") + r"\s*:\s*(\S+)", lines[i].strip(), re.IGNORECASE)
         if match is None or (not values and not re.fullmatch(r"[0-9]{1,9}", match[1])):
             raise damaged(
-                "the motion's header cannot be read",
+                "the header of the motion cannot be read",
                 f"{where}, line {i + 1}",
                 f"{key}: a number",
                 f"{lines[i].strip()!r:.40}",
@@ -155,15 +155,15 @@ def _motion_header(lines: list[str], motion: int, where: str) -> tuple[int, str,
         values.append(match[1])
         if len(values) == 2:
             return int(values[0]), values[1], i + 1
-    raise damaged("the file is cut short in the motion's header", where, code="truncated", part="header")
+    raise damaged("the file is truncated in the header of the motion", where, code="truncated", part="header")
 
 
 def _rows(lines: list[str], first: int, labels: list[str], where: str) -> tuple[list[int], list[str]]:
-    """Line number of each frame, and the words of all frames, each of the right width."""
+    """Line number of each frame, and the words of all frames, after a check of their number per frame."""
     rows = [k for k in range(first, len(lines)) if lines[k].strip()]
     if not rows or not labels:
         raise damaged(
-            "no frames" if labels else "no joint has channels",
+            "the file has no frames" if labels else "no joint has channels",
             where,
             code="no_frames" if labels else "no_channels",
         )
@@ -172,7 +172,7 @@ def _rows(lines: list[str], first: int, labels: list[str], where: str) -> tuple[
         words = lines[k].split()
         if len(words) != len(labels):
             is_cut = k == rows[-1] and len(words) < len(labels)
-            what = "the file is cut short: a" if is_cut else "a"
+            what = "the file is truncated: a" if is_cut else "a"
             raise damaged(
                 f"{what} frame has a wrong number of values",
                 f"{where}, line {k + 1}",
@@ -187,16 +187,16 @@ def _rows(lines: list[str], first: int, labels: list[str], where: str) -> tuple[
 
 
 def forward_kinematics(joints: Sequence[Joint], offsets_mm: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Compute positions of joints and end sites.
+    """Positions of joints and end sites, from joint angles.
 
     Parameters
     ----------
     joints : sequence of Joint
         Parents before children.
     offsets_mm : (P, 3) float64
-        From the parent, in the parent's frame, where no position channel takes its place.
+        Offsets from the parent, in the parent's axes; position channels replace them.
     values : (T, C) float64
-        All channels in the order of the file: millimetres and radians.
+        Values of all channels in the order of the file: millimetres and radians.
 
     Returns
     -------
@@ -234,7 +234,7 @@ def read_hierarchy(lines: list[str], where: str) -> tuple[list[Joint], int]:
         If the hierarchy has no end, its braces do not match, or a line cannot be read.
     """
     joints: list[Joint] = []
-    names: set[str] = set()  # of one root: people in one file may have the same
+    names: set[str] = set()  # per root: several people in a file may use the same names
     current = -1  # the joint whose brace is open
     awaits_brace = False
     started = False
@@ -261,20 +261,20 @@ def read_hierarchy(lines: list[str], where: str) -> tuple[list[Joint], int]:
                 awaits_brace = False
             elif key == "}":
                 if current < 0:
-                    raise damaged("a } too many", location, code="unopened")
+                    raise damaged("a } has no {", location, code="unopened")
                 current = joints[current].parent
             elif key == "MOTION":
                 if current >= 0:
-                    lost = joints[current]
+                    unclosed = joints[current]
                     raise damaged(
-                        f"the brace of {lost.name!r} (line {lost.line}) is not closed",
+                        f"the brace of {unclosed.name!r} (line {unclosed.line}) is not closed",
                         location,
                         "}",
                         code="unclosed",
-                        joint=lost.name,
-                        line=lost.line,
+                        joint=unclosed.name,
+                        line=unclosed.line,
                     )
-                _name_apart(joints)
+                _prefix_names(joints)
                 return joints, at - 1
             elif key in ("ROOT", "JOINT", "END"):
                 if key == "ROOT" and current < 0:
@@ -294,11 +294,11 @@ def read_hierarchy(lines: list[str], where: str) -> tuple[list[Joint], int]:
                     code="unreadable_line",
                     text=part,
                 )
-    raise damaged("the file is cut short: no MOTION", where, code="truncated", part="hierarchy")
+    raise damaged("the file is truncated: it has no MOTION", where, code="truncated", part="hierarchy")
 
 
-def _name_apart(joints: list[Joint]) -> None:
-    """Put the number of its root and a colon before each name, where several roots have joints of one name."""
+def _prefix_names(joints: list[Joint]) -> None:
+    """Put the number of the root and a colon in front of each name, if several roots share joint names."""
     if len({joint.name for joint in joints}) == len(joints):
         return
     root = 0
@@ -313,33 +313,33 @@ def _new_joint(
     names: set[str],
     key: str,
     name: str,
-    place: str,
+    location: str,
     number: int,
 ) -> Joint:
-    """A joint or end site under the joint whose brace is open."""
+    """Joint or end site under the parent whose brace is open."""
     if (key == "ROOT") == (parent >= 0):
         side = "inside" if parent >= 0 else "outside"
         raise damaged(
-            f"{key} stands {side} a joint",
-            place,
+            f"{key} is {side} a joint",
+            location,
             "ROOT around JOINT and End Site",
             code="joint_misplaced",
             key=key,
         )
     if key == "END":
-        # More than one end of the same joint is legal: the second is `<parent>_end2`.
+        # A joint may have several ends: the second is called `<parent>_end2`.
         base = f"{joints[parent].name}_end"
         count = sum(joint.is_end and joint.parent == parent for joint in joints)
         name = base if count == 0 else f"{base}{count + 1}"
     if parent >= 0 and joints[parent].is_end:
         raise damaged(
-            "a joint stands inside an End Site", place, received=f"{name!r:.40}", code="joint_in_end_site"
+            "a joint is inside an End Site", location, received=f"{name!r:.40}", code="joint_in_end_site"
         )
     if not name or name in names:
         raise damaged(
-            "a joint has no name of its own",
-            place,
-            "a new name",
+            "the name of a joint is missing or repeated",
+            location,
+            "a name that no other joint has",
             f"{name!r:.40}",
             code="no_own_name",
             name=name,
@@ -348,14 +348,14 @@ def _new_joint(
     return Joint(name=name, parent=parent, line=number, is_end=key == "END")
 
 
-def _describe(joint: Joint, key: str, words: list[str], place: str) -> None:
+def _describe(joint: Joint, key: str, words: list[str], location: str) -> None:
     """Store the offset or the channels of a joint."""
     received = " ".join(words)[:80]
     if key == "OFFSET":
         if joint.offset or len(words) != 3:
             raise damaged(
                 f"the offset of {joint.name!r} cannot be read",
-                place,
+                location,
                 "three numbers, once",
                 received,
                 code="unreadable_offset",
@@ -370,7 +370,7 @@ def _describe(joint: Joint, key: str, words: list[str], place: str) -> None:
     if joint.is_end or joint.channels or not is_counted or len(set(channels)) != len(words) - 1:
         raise damaged(
             f"the channels of {joint.name!r} cannot be read",
-            place,
+            location,
             "their count, then each of Xposition … Zrotation at most once",
             received,
             code="wrong_channels",

@@ -1,4 +1,4 @@
-"""C3D files: trajectories of points, read without native code."""
+"""Reading of the point trajectories in C3D files, in pure Python."""
 
 from pipeline.formats.c3d.points import read
 

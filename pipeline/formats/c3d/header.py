@@ -1,4 +1,4 @@
-"""The first block of a C3D file, and numbers as its processor writes them."""
+"""Header block of a C3D file, and decoding of numbers for the processor that wrote it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _BYTE_ORDER = {_INTEL: "<", _DEC: "<", MIPS: ">"}
 
 @dataclass(frozen=True)
 class Header:
-    """What the first block declares, and the number of the processor that wrote it."""
+    """Counts, scale and rate that the header block declares, and the code of the processor that wrote the file."""
 
     processor: int
     parameters_at: int
@@ -23,7 +23,7 @@ class Header:
     parameter_blocks: int
     points: int
     analog: int
-    """Analog samples of all channels in one frame of points."""
+    """Number of analog samples of all channels per frame of points."""
     analog_per_channel: int
     first: int
     last: int
@@ -33,7 +33,7 @@ class Header:
 
 
 def read_header(data: bytes, where: str) -> Header:
-    """Read the header of a file.
+    """Read the header of a C3D file.
 
     Raises
     ------
@@ -85,20 +85,20 @@ def read_header(data: bytes, where: str) -> Header:
 
 
 def integers(raw: bytes, processor: int, *, signed: bool = False) -> np.ndarray:
-    """16-bit integers (N,) from 2N bytes, as float64: counts are unsigned, coordinates signed."""
+    """Decode 2N bytes as 16-bit integers (N,), as float64; counts are unsigned, coordinates signed."""
     return np.frombuffer(raw, f"{_BYTE_ORDER[processor]}{'i' if signed else 'u'}2").astype(float)
 
 
 def floats(raw: bytes, processor: int) -> np.ndarray:
-    """32-bit reals (N,) from 4N bytes, as float64."""
+    """Decode 4N bytes as 32-bit floats (N,), as float64."""
     if processor != _DEC:
         with np.errstate(invalid="ignore"):  # a signalling NaN in a damaged file
             return np.frombuffer(raw, f"{_BYTE_ORDER[processor]}f4").astype(float)
-    # VAX F_floating: two little-endian words, the more significant first; value 0.1f (binary) 2^(e-128).
+    # VAX F_floating: two little-endian words, the more significant word first; the value is 0.1f (binary) 2^(e-128).
     halves = np.frombuffer(raw, "<u2").astype(np.int64).reshape(-1, 2)
     bits = halves[:, 0] << 16 | halves[:, 1]
     negative, exponent = bits >> 31, bits >> 23 & 0xFF
     magnitude = np.ldexp(1.0 + (bits & 0x7FFFFF) / 2.0**23, exponent - 129)
     number = np.where(negative == 1, -magnitude, magnitude)
-    # No hidden one below exponent 1: plain zero, or the operand that the machine traps on.
+    # Exponent 0 has no hidden bit: it is zero, or with the sign bit the reserved operand.
     return np.where(exponent > 0, number, np.where(negative == 1, np.nan, 0.0))

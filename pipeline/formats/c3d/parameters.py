@@ -1,4 +1,4 @@
-"""The section of named parameters of a C3D file."""
+"""Reader of the parameter section of a C3D file."""
 
 from __future__ import annotations
 
@@ -11,7 +11,11 @@ from pipeline.formats.contract import damaged
 
 @dataclass(frozen=True)
 class Parameters:
-    """The parameter section (first byte `at`), and kind, dimensions and first byte of each ``GROUP:NAME`` in it."""
+    """Parameter section of a C3D file, and its named parameters.
+
+    `at` is the first byte of the section in the file.  `entries` has type, dimensions and first byte of each
+    ``GROUP:NAME``.
+    """
 
     section: bytes
     at: int
@@ -35,7 +39,7 @@ class Parameters:
         return self.section[begin:end]
 
     def numbers(self, key: str) -> list[float]:
-        """The finite values of a numeric parameter, integers read as unsigned; empty if it is absent."""
+        """Finite values of a numeric parameter, with integers read as unsigned; empty if the parameter is absent."""
         kind = self.entries[key][0] if key in self.entries else 0
         if kind not in (1, 2, 4):
             return []
@@ -44,11 +48,11 @@ class Parameters:
         return [float(value) for value in values if math.isfinite(value)]
 
     def texts(self, key: str) -> list[str]:
-        """The strings of a text parameter without trailing blanks; empty if it is absent."""
+        """Strings of a text parameter without trailing blanks; empty if the parameter is absent."""
         if key not in self.entries or self.entries[key][0] != -1:
             return []
         length, *counts = self.entries[key][1] or (1,)
-        if length == 0:  # so many strings of no characters
+        if length == 0:  # strings without characters
             return []
         content = self._content(key, 1)
         pieces = [content[i * length : (i + 1) * length] for i in range(math.prod(counts))]
@@ -64,12 +68,12 @@ def _text(raw: bytes) -> str:
 
 
 def read_parameters(data: bytes, header: Header, where: str, notes: list[str]) -> Parameters:
-    """Read the parameters of a file; what is doubled in them is noted.
+    """Read the parameters of a C3D file; repeated parameters are noted.
 
     Raises
     ------
     InvalidInput
-        If the section, or a record in it, runs past its end.
+        If the section runs past the end of the file, or a record past the end of the section.
     """
     begin = header.parameters_at
     end = begin + header.parameter_blocks * BLOCK
@@ -81,17 +85,17 @@ def read_parameters(data: bytes, header: Header, where: str, notes: list[str]) -
             len(data),
             code="section_overrun",
         )
-    # The block count is one byte, so a long section is known only by where the data begin.
+    # The block count is one byte: a longer section ends where the data begin.
     section = data[begin : max(end, (header.data_block - 1) * BLOCK)]
     signed = memoryview(section).cast("b")
     groups: dict[int, str] = {}
-    found: list[tuple[int, str, tuple[int, tuple[int, ...], int]]] = []
+    records: list[tuple[int, str, tuple[int, tuple[int, ...], int]]] = []
     at = 4
     while at + 2 <= len(section):
         name_length, group = signed[at : at + 2]
         if name_length == 0 or group == 0:
             break
-        link = at + 2 + abs(name_length)  # where the distance to the next record stands
+        link = at + 2 + abs(name_length)  # position of the offset to the next record
         if link + 4 > len(section):
             raise damaged(
                 "a parameter record is cut off",
@@ -106,7 +110,7 @@ def read_parameters(data: bytes, header: Header, where: str, notes: list[str]) -
         else:
             content = link + 4 + section[link + 3]
             entry = (signed[link + 2], tuple(section[link + 4 : content]), content)
-            found.append((group, name, entry))
+            records.append((group, name, entry))
         if step == 0:
             break
         if link + step > len(section):
@@ -119,9 +123,9 @@ def read_parameters(data: bytes, header: Header, where: str, notes: list[str]) -
             )
         at = max(link + step, link + 2)
     entries: dict[str, tuple[int, tuple[int, ...], int]] = {}
-    for group, name, entry in found:
+    for group, name, entry in records:
         key = f"{groups.get(group, group)}:{name}"
         if key in entries:
-            notes.append(f"The parameter {key} stands twice; the first one is used.")
+            notes.append(f"The parameter {key} is repeated; the first value is used.")
         entries.setdefault(key, entry)
     return Parameters(section=section, at=begin, processor=header.processor, where=where, entries=entries)

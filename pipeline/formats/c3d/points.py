@@ -1,9 +1,8 @@
-"""C3D files: trajectories of points, read without native code.
+"""Reader of the point trajectories in C3D files, in pure Python.
 
-A C3D file is a 512-byte header, a section of named parameters, and frames of points with analog samples
-between them.  This reader takes the points, or the origins of segments of a file that has no points.
-Before it reads them it compares what the file declares
-with the bytes that are there, so a damaged file is refused and never read as a shorter recording.
+A C3D file has a 512-byte header, a section of named parameters, and frames of points with analog samples between
+them.  This reader returns the points, or the segment origins of a file without points.  It first compares the declared
+counts with the file size, so that a damaged file is rejected and never read as a shorter recording.
 """
 
 from __future__ import annotations
@@ -30,19 +29,19 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
     ----------
     path : Path
     frame_rate_hz : float, optional
-        Used if the file states 0 and has no analog samples, whose rate would tell it.
+        Frames per second, used if the file states 0 and has no analog samples that give the rate.
     units : str, optional
-        Unit of length to use in place of POINT:UNITS; a contradiction is noted.  Without either ``"mm"``.
+        Unit of length that replaces POINT:UNITS; a contradiction is noted.  The default without both is ``"mm"``.
 
     Returns
     -------
     MotionCapture
-        Points whose residual is negative or whose coordinates are no numbers are NaN and not valid.
+        Points with a negative residual or without finite coordinates are NaN and invalid.
 
     Raises
     ------
     InvalidInput
-        If the file is not C3D, is truncated, contradicts itself, its unit is unknown, or it does not state its rate.
+        If the file is not C3D, is truncated, contradicts itself, has an unknown unit, or does not state its rate.
     """
     notes: list[str] = []
     data, where = read_bytes(path), path.name
@@ -58,45 +57,47 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
     if header.first > 1:
         notes.append(f"The first frame is number {header.first} of its trial.")
 
-    # A frame is its points, then its analog samples, which are cut off.
+    # A frame contains points, then analog samples, which are dropped.
     require_points(layout.frames, layout.points, where)
     frames = np.frombuffer(data, np.uint8, layout.needed, layout.start).reshape(layout.frames, layout.stride)
     words = frames[:, : 4 * layout.width * layout.points].tobytes()
     numbers = floats(words, header.processor) if scale < 0 else integers(words, header.processor, signed=True)
     numbers = numbers.reshape(layout.frames, layout.points, 4)
     positions = numbers[..., :3] * (millimetres if scale < 0 else millimetres * scale)
-    # The fourth word holds the residual and the cameras that saw the point; negative means not measured.
+    # The fourth word encodes the residual and the cameras that saw the point; negative means not measured.
     measured = numbers[..., 3] >= 0
     valid = measured & (np.abs(positions) < LARGEST).all(axis=-1)
     positions[~valid] = np.nan
     if beyond := np.count_nonzero(measured & ~valid):
-        notes.append(f"{beyond} samples declared as measured are not numbers or lie beyond any laboratory.")
+        notes.append(
+            f"{beyond} samples declared as measured are not finite or too large; they count as missing."
+        )
     leave_out_placeholders(positions, notes, millimetres)
     return motion_capture(names, positions, rate, unit, notes, units_assumed=assumed)
 
 
 def _unit(parameters: Parameters, where: str, units: str | None, notes: list[str]) -> tuple[str, float, bool]:
-    """The unit of length that was asked for, or that the file declares, its millimetres, and whether it is neither."""
+    """Unit of length by option or file, its size in millimetres, and True if neither states it."""
     declared = unit_of((parameters.texts("POINT:UNITS") or [""])[0])
     unit = units or declared or "mm"
     millimetres = millimetres_in(unit, f"{where}, POINT:UNITS")
     if declared and declared != unit:
-        notes.append(f"The file says its unit is {declared!r}; {unit!r} was asked for and used.")
+        notes.append(f"The file states the unit {declared!r}; the requested unit {unit!r} is used instead.")
     return unit, millimetres, not (units or declared)
 
 
 def _segments(
     data: bytes, header: Header, parameters: Parameters, where: str, units: str | None, notes: list[str]
 ) -> MotionCapture:
-    """The origins of segments, of a file that has those in place of points."""
+    """Read the segment origins of a file without points."""
     segments = segment_origins(data, header, parameters, where)
     if segments is None:
-        what = "the file declares no points and no segments"
+        message = "the file declares no points and no segments"
         channels = int((parameters.numbers("ANALOG:USED") or [0])[0]) or header.analog
         if channels:
-            what = "the file holds analog channels alone, no points: export the trial with its trajectories"
+            message = "the file has only analog channels, no points: export the trial with its trajectories"
         raise damaged(
-            what,
+            message,
             where,
             received=f"{channels} channels" if channels else "",
             code="analog_alone" if channels else "no_points",
@@ -104,46 +105,48 @@ def _segments(
         )
     names, origins, rate = segments
     unit, millimetres, assumed = _unit(parameters, where, units, notes)
-    notes.append("The file has no points; these are the origins of its segments (ROTATION).")
+    notes.append("The file has no points; the segment origins (ROTATION) are read instead.")
     return motion_capture(names, origins * millimetres, rate, unit, notes, units_assumed=assumed)
 
 
 def _scale(header: Header, parameters: Parameters, where: str) -> float:
-    """Length of one step of integer coordinates, in the file's unit; negative for files of reals."""
+    """Length of a step of integer coordinates, in the unit of the file; negative for files with floats."""
     scale = (parameters.numbers("POINT:SCALE") or [header.scale])[0]
     agrees = math.isfinite(header.scale) and (header.scale < 0) == (scale < 0)
     if agrees and scale > 0:
         agrees = math.isclose(scale, header.scale, rel_tol=1e-3)
     if scale == 0 or not agrees:
         raise damaged(
-            "the scale of the points is unusable",
+            "the two scales of the points cannot be used",
             f"{where}, byte 12 and POINT:SCALE",
-            "twice the same number, not zero",
+            "the same number in both, not zero",
             f"{header.scale:g} and {scale:g}",
             code="unusable_scale",
         )
     return scale
 
 
-def _rate(header: Header, parameters: Parameters, where: str, notes: list[str], given: float | None) -> float:
-    """Frames per second: POINT:RATE, which the header must not contradict by more than 1 %.
+def _rate(
+    header: Header, parameters: Parameters, where: str, notes: list[str], option: float | None
+) -> float:
+    """Frames per second: POINT:RATE, which must agree with the header within 1 %.
 
-    Where both are 0, that of the analog samples over their number in a frame, else the one that is given.
+    If both are 0, the rate is that of the analog samples over their number per frame, or else the option.
     """
     declared = [*parameters.numbers("POINT:RATE")[:1], header.rate]
     usable = [rate for rate in declared if math.isfinite(rate) and 1e-3 < rate < 1e6]
     analog = (parameters.numbers("ANALOG:RATE") or [0.0])[0] / max(header.analog_per_channel, 1)
     if not usable and not any(declared) and header.analog and 1e-3 < analog < 1e6:
-        notes.append(f"The rate of the points is 0; {analog:g} Hz follow from that of the analog samples.")
+        notes.append(f"The rate of the points is 0; the analog samples give {analog:g} Hz.")
         return analog
-    if not usable and given:
-        notes.append(f"The rate of the points is unusable; {given:g} Hz was asked for and is used.")
-        return given
+    if not usable and option:
+        notes.append(f"The rate of the points is unusable; the requested {option:g} Hz is used.")
+        return option
     if not usable or (len(usable) == 2 and not math.isclose(*usable, rel_tol=0.01)):
         raise damaged(
-            "the frame rate is unusable",
+            "the frame rate cannot be used",
             f"{where}, POINT:RATE and byte 20",
-            "twice the same positive number of Hz" + ("" if usable else ", or the option frame_rate_hz"),
+            "the same positive number of Hz in both" + ("" if usable else ", or the option frame_rate_hz"),
             " and ".join(f"{rate:g}" for rate in declared),
             code="unusable_rate",
             rates=declared,
@@ -154,7 +157,7 @@ def _rate(header: Header, parameters: Parameters, where: str, notes: list[str], 
 
 
 def _labels(parameters: Parameters, points: int, notes: list[str]) -> tuple[str, ...]:
-    """One name for each point; LABELS holds 255 at most, LABELS2, LABELS3… continue it."""
+    """Names of the points; LABELS stores at most 255, and LABELS2, LABELS3… continue the list."""
     labels = parameters.texts("POINT:LABELS")
     block = 2
     while len(labels) < points and f"POINT:LABELS{block}" in parameters.entries:
@@ -164,5 +167,5 @@ def _labels(parameters: Parameters, points: int, notes: list[str]) -> tuple[str,
         notes.append(f"{len(labels) - points} labels beyond the {points} points are dropped.")
     labels = (labels + [""] * points)[:points]
     if nameless := labels.count(""):
-        notes.append(f"{nameless} points have no label; they are called point_1, point_2… in their order.")
+        notes.append(f"{nameless} points have no label; they are named point_1, point_2… by position.")
     return tuple(label or f"point_{k}" for k, label in enumerate(labels, start=1))

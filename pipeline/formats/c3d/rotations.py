@@ -1,4 +1,4 @@
-"""Segments of C3D files without points: 4 x 4 matrices, as markerless systems write them in place of markers."""
+"""Segments of C3D files without points: 4 x 4 matrices, which markerless systems write instead of markers."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from pipeline.formats.c3d.parameters import Parameters
 from pipeline.formats.contract import LARGEST, damaged
 
 _NUMBERS = 17
-"""Of one matrix: sixteen, column by column, and its reliability."""
+"""Numbers per matrix: sixteen elements, column by column, and the reliability."""
 
 
 def segment_origins(
     data: bytes, header: Header, parameters: Parameters, where: str
 ) -> tuple[list[str], np.ndarray, float] | None:
-    """Return names, origins (T, S, 3) in the file's unit and the rate of the segments; None if there are none.
+    """Return names, origins (T, S, 3) in the file's unit, and frame rate of the segments; None without segments.
 
     Raises
     ------
     InvalidInput
-        If the matrices run past the end of the file, or their counts or rate are unusable.
+        If the matrices run past the end of the file, or the counts or the rate cannot be used.
     """
     segments = int((parameters.numbers("ROTATION:USED") or [0])[0])
     if segments < 1:
@@ -32,7 +32,7 @@ def segment_origins(
     needed = 4 * _NUMBERS * segments * frames
     if start < BLOCK or frames < 1 or start + needed > len(data) or not 0 < rate < 1e6:
         raise damaged(
-            "the file is truncated, or its rotations are declared wrong",
+            "the file is truncated, or the declared counts of its rotations are wrong",
             f"{where}, ROTATION",
             f"{max(start, 0) + needed} bytes",
             f"{frames} frames of {segments} segments at {rate:g} Hz in {len(data)} bytes",
@@ -41,7 +41,7 @@ def segment_origins(
         )
     numbers = floats(data[start : start + needed], header.processor).reshape(frames, segments, _NUMBERS)
     origins = numbers[:, :, 12:15].copy()
-    # A matrix that is no pose (not measured) has no one in its corner, or a negative reliability.
+    # An invalid pose (not measured) has another number than 1 in its corner, or a negative reliability.
     usable = (numbers[:, :, 15] == 1) & (numbers[:, :, 16] >= 0) & (np.abs(origins) < LARGEST).all(axis=-1)
     origins[~usable] = np.nan
     labels = (parameters.texts("ROTATION:LABELS") + [""] * segments)[:segments]

@@ -1,4 +1,4 @@
-"""Walks stored as Fourier series: average walkers with their axes, and ``mm`` files; nothing in them is run."""
+"""Readers of walks stored as Fourier series: average walkers with their axes, and ``mm`` files."""
 
 from pipeline.formats.fourier_walks.average_walker import (
     AXES,

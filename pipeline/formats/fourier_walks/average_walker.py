@@ -1,8 +1,8 @@
-"""Average walkers that laboratories have published, as Fourier series: numbers in a JavaScript, JSON or MAT file.
+"""Reader of published average walkers, stored as Fourier series in a JavaScript, JSON or MAT file.
 
-The average walker of the second author of zhang2007 and its axes (gender, weight, nervous, happy) are arrays of 230
-numbers in the source text of BMWalker.js: five blocks of 46, see `series.from_blocks`.  The text is searched for these
-arrays; nothing of it is run.
+The second author of zhang2007 published an average walker and its axes (gender, weight, nervous, happy) in
+BMWalker.js.  Its source text contains arrays of 230 numbers: five blocks of 46, see `series.from_blocks`.  The text is
+searched for these arrays and is never run.
 """
 
 from __future__ import annotations
@@ -38,48 +38,49 @@ AXES = {
     "nervous": "nervousaxis",
     "happy": "happyaxis",
 }
-"""Axes, and the names of their arrays in BMWalker.js."""
+"""Names of the axes, and of their arrays in BMWalker.js."""
 
 SOURCE = (
     "BMWalker.js 0.6.1, CC BY-NC-SA 4.0, copyright 2022 Tetsunori Nakayama and Nikolaus Troje:"
     " attribution, no commercial use, share alike"
 )
-"""Source and terms of BMWalker.js, which is recognised by its second author."""
+"""Source and licence of BMWalker.js; a file with the name of its second author is recognised as BMWalker.js."""
 
 _AUTHOR = "Nikolaus Troje"
 
 MAX_WORDS = 400
-"""Characters of a stated source that are kept."""
+"""Largest number of characters of a stated source; the rest is dropped."""
 
-OTHER_JSON = "keypoints of a video go to `reconstruct`; save points in 3D as CSV: frame, time, joint, x, y, z"
+OTHER_JSON = "run `reconstruct` on keypoints of a video; save 3D points as CSV: frame, time, joint, x, y, z"
+"""Advice for a JSON file that is not an average walker."""
 
 MAX_VALUE = 6.0
-"""Largest value on an axis, as BMWalker.js bounds it."""
+"""Largest value on an axis; BMWalker.js has the same bound."""
 
 _MAT_JOINTS = (
     "head", "right_wrist", "right_elbow", "right_shoulder", "sternum", "left_shoulder", "left_elbow", "left_wrist",
     "right_ankle", "right_knee", "right_hip", "pelvis", "left_hip", "left_knee", "left_ankle",
 )  # fmt: skip
-"""Order of the joints in the MAT file, which draws head and trunk, arms and legs as three lines."""
+"""Order of the joints in the MAT file: three lines for head and trunk, arms, and legs."""
 
 _ROWS = 3 * len(WALKER15.joints)
 _COUNT = BLOCKS * (_ROWS + 1)
 _ASSUMED_PERIOD = RATE_HZ
-"""Period, frames, of walkers whose file states none: one stride a second."""
+"""Period in frames of walkers whose file states no period: one stride per second."""
 
 
 @dataclass(frozen=True)
 class AverageWalker:
-    """An average walker and the axes along which walkers differ from it.
+    """Average walker, and the axes along which walkers differ from it.
 
     Attributes
     ----------
     mean : (5, 46)
-        Blocks p0, p1, q1, p2, q2 of 15 x, 15 y, 15 z, mm, and one number more: period, size, speed.
+        Blocks p0, p1, q1, p2, q2 of 15 x, 15 y, 15 z, mm, and a 46th number: period, size or speed.
     axes : mapping of str to (5, 46)
-        What one unit of a value adds.
+        Change of the blocks per unit of the value.
     source : str
-        Source and terms, which go with everything that shows the walker; empty if the file does not state them.
+        Source and licence, repeated with every use of the walker; empty if the file does not state them.
     """
 
     mean: np.ndarray
@@ -87,12 +88,12 @@ class AverageWalker:
     source: str = ""
 
     def at(self, **values: float) -> FourierWalk:
-        """Return the walker at some values on its axes, each from -6 to 6.
+        """Return the walker with the given values on its axes, each from -6 to 6.
 
         Raises
         ------
         InvalidInput
-            If there is no such axis, or a value is out of range.
+            If an axis does not exist, or a value is out of range.
         """
         blocks = self.mean
         for name, value in values.items():
@@ -103,30 +104,30 @@ class AverageWalker:
 
 
 def average_walker(path: Path) -> AverageWalker:
-    """Return the average walker in a file: the source text of BMWalker.js, or JSON with the same arrays.
+    """Read the average walker from the source text of BMWalker.js, or from JSON with the same arrays.
 
-    The JSON has ``mean_walker`` and ``axes``, with `AXES` as names, arrays of 230 numbers.
+    The JSON has arrays of 230 numbers: ``mean_walker``, and ``axes`` with the names of `AXES`.
 
     Raises
     ------
     InvalidInput
-        If an array is missing, or has not 230 numbers.
+        If an array is missing or does not have 230 numbers.
     """
     data, name = read_bytes(path), path.name
-    found, source = (_of_json if path.suffix.lower() == ".json" else _of_javascript)(data, name)
-    mean = found.pop("mean")
+    arrays_by_name, source = (_of_json if path.suffix.lower() == ".json" else _of_javascript)(data, name)
+    mean = arrays_by_name.pop("mean")
     from_blocks(mean, name)
-    return AverageWalker(mean, found, source)
+    return AverageWalker(mean, arrays_by_name, source)
 
 
 def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
-    """Read the average walker in BMWalker.js, or in JSON with its arrays, as some strides.
+    """Read the average walker in BMWalker.js, or in JSON with its arrays, as a recording of several strides.
 
     Parameters
     ----------
     path : Path
     frame_rate_hz, units
-        Not used: periods are in frames of 120 Hz, coordinates in millimetres.
+        Not used: periods are in frames at 120 Hz, coordinates in millimetres.
 
     Raises
     ------
@@ -141,15 +142,15 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
 
 
 def mean_walkers(path: Path) -> dict[str, FourierWalk]:
-    """Return the walkers in a MAT file by the names of their matrices (45, 5): other matrices are ignored.
+    """Read the walkers in a MAT file, by the names of their matrices (45, 5); other matrices are ignored.
 
-    Columns are mean, sine 1, cosine 1, sine 2, cosine 2; rows all x (to the right), all y (forwards), all z (up), of
-    fifteen joints from wrist to wrist and from ankle to ankle.  They have no period: one stride a second is assumed.
+    Columns are mean, sine 1, cosine 1, sine 2, cosine 2.  Rows are all x (to the right), all y (forwards), all z (up)
+    of fifteen joints.  The file has no period: one stride per second is assumed.
 
     Raises
     ------
     InvalidInput
-        If the file cannot be read, or holds no walker.
+        If the file cannot be read, or contains no walker.
     """
     order = [_MAT_JOINTS.index(joint) for joint in WALKER15.joints]
     walks = {}
@@ -162,63 +163,64 @@ def mean_walkers(path: Path) -> dict[str, FourierWalk]:
             walks[name] = FourierWalk(coefficients, _ASSUMED_PERIOD)
     if not walks:
         expected = f"matrices ({_ROWS}, {BLOCKS})"
-        raise damaged("the file holds no walkers", path.name, expected, code="no_walkers")
+        raise damaged("the file contains no walkers", path.name, expected, code="no_walkers")
     return walks
 
 
 def read_mat(path: Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
-    """Read a MAT file: walkers as Fourier series, each a person, or else a trial of Qualisys Track Manager.
+    """Read a MAT file: walkers as Fourier series, each as a person, or a trial of Qualisys Track Manager.
 
     Parameters
     ----------
     path : Path
     frame_rate_hz, units
-        As for `arrays.read`; walkers are in millimetres.
+        Options of `arrays.read`, for a trial; walkers are in millimetres.
 
     Raises
     ------
     InvalidInput
-        If the file holds neither.
+        If the file contains neither walkers nor a trial.
     """
     shapes = {matrix.shape for matrix in load_matrices(read_bytes(path), path.name).values()}
     if (_ROWS, BLOCKS) not in shapes:
         return arrays.read(path, frame_rate_hz=frame_rate_hz, units=units)
     walks = mean_walkers(path)
-    note = "Fourier series; the file states no stride frequency: one stride a second is assumed."
+    note = "Fourier series; the file states no stride frequency: one stride per second is assumed."
     return motion_of(walks, [note], path.name)
 
 
 def _of_javascript(data: bytes, where: str) -> tuple[dict[str, np.ndarray], str]:
-    """Arrays of the average walker and its axes in the text of BMWalker.js, and their source."""
+    """Extract the arrays of the average walker and its axes from the text of BMWalker.js, and their source."""
     text = data.decode("utf-8", "replace")
     named = {"mean": r"meanwalker\[0\]", **{axis: rf"{name}(?:\[0\])?" for axis, name in AXES.items()}}
-    found = {}
+    blocks = {}
     for name, pattern in named.items():
         match = re.search(rf"\bthis\.{pattern}\s*=\s*new Array\(([^()]*)\)", text)
         if not match:
             raise _no_walker(where, name)
         line = text.count("\n", 0, match.start()) + 1
         words = [word.strip() for word in match[1].rstrip().removesuffix(",").split(",")]
-        place = f"{where}, line {line}"
-        found[name] = _blocks(read_numbers(words, lambda _, place=place: place), name, where)  # type: ignore[misc]
-    return found, SOURCE if _AUTHOR in text else ""
+        location = f"{where}, line {line}"
+        numbers = read_numbers(words, lambda _, location=location: location)  # type: ignore[misc]
+        blocks[name] = _blocks(numbers, name, where)
+    return blocks, SOURCE if _AUTHOR in text else ""
 
 
 def _of_json(data: bytes, where: str) -> tuple[dict[str, np.ndarray], str]:
-    """Arrays of the average walker and its axes in JSON, and their source: its ``source`` and ``terms``."""
+    """Extract the arrays of the average walker and its axes from JSON, and their ``source`` and ``terms``."""
     content: Any = read_json(Path(where), content=data)
     axes = content.get("axes") if isinstance(content, dict) else None
     if not isinstance(axes, dict) or "mean_walker" not in content:
         raise _no_walker(where, "mean", OTHER_JSON)
-    found = {}
+    blocks = {}
     for name, values in {"mean": content["mean_walker"], **{axis: axes.get(axis) for axis in AXES}}.items():
         numbers = isinstance(values, list) and all(type(value) in (int, float) for value in values)
         if not numbers:
             raise _no_walker(where, name)
-        found[name] = _blocks(np.array(values, float), name, where)
+        blocks[name] = _blocks(np.array(values, float), name, where)
     stated = [content[key] for key in ("source", "terms") if isinstance(content.get(key), str)]
     words = " ".join("; ".join(stated).split())
-    return found, SOURCE if _AUTHOR in words else "".join(filter(str.isprintable, words))[:MAX_WORDS]
+    return blocks, SOURCE if _AUTHOR in words else "".join(filter(str.isprintable, words))[:MAX_WORDS]
 
 
 def _no_walker(where: str, name: str, advice: str = "") -> Exception:
@@ -231,7 +233,7 @@ def _no_walker(where: str, name: str, advice: str = "") -> Exception:
 
 
 def _blocks(numbers: np.ndarray, name: str, where: str) -> np.ndarray:
-    """Blocks (5, 46) of an array."""
+    """Reshape the numbers of an array to blocks (5, 46)."""
     if numbers.size != _COUNT or not np.isfinite(numbers).all():
         raise damaged(
             f"the array of {name} cannot be used",

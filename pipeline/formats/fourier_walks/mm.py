@@ -1,7 +1,7 @@
-"""``mm`` files of the BioMotion Lab: one walk as text.
+"""Reader and writer of ``mm`` files of the BioMotion Lab: a walk as text.
 
-A file has 3 × markers + 1 rows (all x, all y, all z, and last period, size and speed) and five columns: mean, cosine 1,
-sine 1, cosine 2, sine 2.
+A file has 3 × markers + 1 rows: all x, all y, all z, and at the end period, size and speed.  The five columns are mean,
+cosine 1, sine 1, cosine 2, sine 2.
 """
 
 from __future__ import annotations
@@ -17,19 +17,19 @@ from pipeline.skeleton.recorded import MotionCapture
 from pipeline.validation import InvalidInput, require_range, require_shape
 
 _COLUMNS = [0, 2, 1, 4, 3]
-"""Columns of the file in the order p0, p1, q1, p2, q2, and the other way round."""
+"""Columns of the file in the order p0, p1, q1, p2, q2; the inverse permutation is the same."""
 
 MAX_ROWS = 1000
-"""Rows that are read; fifteen markers have 46."""
+"""Largest number of rows; fifteen markers have 46."""
 
 
 def load(path: Path) -> tuple[FourierWalk, list[str]]:
-    """Return the walk in an ``mm`` file, and notes on its text.
+    """Read the walk in an ``mm`` file, and notes on its text.
 
     Raises
     ------
     InvalidInput
-        If a row has not five numbers, or the number of rows is not three times that of the markers and one.
+        If a row does not have five numbers, or the number of rows is not 3 × markers + 1.
     """
     text, notes = read_text(path)
     rows: list[np.ndarray] = []
@@ -49,7 +49,7 @@ def load(path: Path) -> tuple[FourierWalk, list[str]]:
             )
         rows.append(values)
         if len(rows) > MAX_ROWS:
-            raise damaged("too many rows", where, f"{MAX_ROWS} or fewer", code="too_many_rows")
+            raise damaged("the file has too many rows", where, f"{MAX_ROWS} or fewer", code="too_many_rows")
     if len(rows) < 4 or len(rows) % 3 != 1:
         raise damaged(
             "the number of rows is not that of an mm file",
@@ -66,22 +66,22 @@ def load(path: Path) -> tuple[FourierWalk, list[str]]:
 
 
 def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
-    """Read an ``mm`` file as some strides of its walk.
+    """Read an ``mm`` file as a recording of several strides.
 
     Parameters
     ----------
     path : Path
     frame_rate_hz, units
-        Not used: periods are in frames of 120 Hz, coordinates in millimetres.
+        Not used: periods are in frames at 120 Hz, coordinates in millimetres.
 
     Raises
     ------
     InvalidInput
-        If this is not an mm file.
+        If the file is not an mm file.
     """
     walk, notes = load(path)
     notes.append(
-        f"A Fourier series: {walk.stride_hz:.3g} Hz, size {walk.size:g}, {walk.speed_mm_s / 1000:.3g} m/s;"
+        f"Fourier series: {walk.stride_hz:.3g} Hz, size {walk.size:g}, {walk.speed_mm_s / 1000:.3g} m/s;"
         f" x forwards, y to the left."
     )
     return motion_of({"": walk}, notes, path.name)
@@ -94,12 +94,12 @@ def write(path: Path, walk: FourierWalk) -> None:
     ----------
     path : Path
     walk : FourierWalk
-        In the axes of the files: x forwards, y to the left, z up.
+        Walk in the axes of the files: x forwards, y to the left, z up.
 
     Raises
     ------
     InvalidInput
-        If the shape is another, or a number cannot be written.
+        If the shape is wrong, or a number cannot be written.
     """
     coefficients = require_shape("the walker", np.asarray(walk.coefficients, float), (BLOCKS, "P", 3))
     require_range("the period", walk.period, above=0, unit="frames")
@@ -108,6 +108,6 @@ def write(path: Path, walk: FourierWalk) -> None:
     by_axis = coefficients.swapaxes(1, 2).reshape(BLOCKS, -1)[_COLUMNS]
     rows = np.concatenate([by_axis, last], axis=1).T
     if not (np.abs(rows) <= LARGEST).all():
-        raise InvalidInput("a coefficient cannot be written", path.name, code="not_number")
+        raise InvalidInput("a coefficient is too large to be written", path.name, code="not_number")
     lines = [" ".join(f"{value:.6f}" for value in row) for row in rows.tolist()]
     path.write_text("\n".join([*lines, ""]), encoding="utf-8")

@@ -1,6 +1,6 @@
-"""One walk as the BioMotion Lab stores it: Fourier coefficients of markers, period, size and speed.
+"""Fourier series of a walk as the BioMotion Lab stores it: coefficients of markers, period, size and speed.
 
-Axes are those of the files: x forwards, y to the walker's left, z up; on a treadmill.
+The axes are those of the files: x forwards, y to the walker's left, z up.  The walker is on a treadmill.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ from pipeline.skeleton import WALKER15
 from pipeline.skeleton.recorded import MotionCapture
 
 RATE_HZ = 120.0
-"""Frames a second in which the laboratory counts periods and speeds."""
+"""Frame rate (Hz) that periods and speeds refer to."""
 
 BLOCKS = 5
-"""Mean, and sine and cosine of two harmonics."""
+"""Number of coefficients: the mean, and sine and cosine of two harmonics."""
 
 STRIDES, FRAMES_A_STRIDE = 16, 16
-"""Length and sampling of the recording that a reader returns: whole strides, so that nothing is lost."""
+"""Number of strides in the recording that a reader returns, and frames per stride; whole strides lose nothing."""
 
-ASIDE_MM = 1000.0
-"""Distance between several people in a recording, who would be in one place."""
+SPACING_MM = 1000.0
+"""Distance between neighbouring people in a recording; without it all would be at the same position."""
 
 PERIODS = (12.0, 1200.0)
 """Shortest and longest stride, in frames: 10 to 0.1 Hz."""
@@ -38,13 +38,13 @@ class FourierWalk:
     Attributes
     ----------
     coefficients : (5, P, 3)
-        mm, in the order p0, p1, q1, p2, q2 (p: sine, q: cosine), in the axes of the file.
+        Coefficients p0, p1, q1, p2, q2 (p: sine, q: cosine), mm, in the axes of the file.
     period : float
-        Of a stride, frames of `RATE_HZ`.
+        Duration of a stride, in frames at `RATE_HZ`.
     size : float
-        As the file has it; coordinates are not scaled by it.
+        Size of the walker in the file; coordinates are not scaled by it.
     speed : float
-        mm a frame, forwards; NaN if the file does not state it.
+        Forward speed, mm per frame; NaN if the file does not state it.
     """
 
     coefficients: np.ndarray
@@ -63,7 +63,7 @@ class FourierWalk:
         return float(np.nan_to_num(self.speed * RATE_HZ))
 
     def positions(self, times_s: np.ndarray) -> np.ndarray:
-        """Return the positions (T, P, 3), mm, on the spot, at some times (T,)."""
+        """Return the positions (T, P, 3), mm, at times (T,), s, without forward motion."""
         angle = 2.0 * np.pi * self.stride_hz * np.asarray(times_s)[:, None]
         waves = np.column_stack(
             [np.ones(len(angle)), *(f(h * angle) for h in (1, 2) for f in (np.sin, np.cos))]
@@ -72,35 +72,35 @@ class FourierWalk:
 
 
 def in_world(vectors: np.ndarray) -> np.ndarray:
-    """Return vectors (…, 3) of the files' axes in those of the world: the walk along +y, +x to the walker's right."""
+    """Transform vectors (…, 3) from the axes of the files to world axes: +y forwards, +x to the walker's right."""
     forwards, left, up = np.moveaxis(vectors, -1, 0)
     return np.stack([-left, forwards, up], axis=-1)
 
 
 def from_world(vectors: np.ndarray) -> np.ndarray:
-    """Return vectors (…, 3) of the world in the files' axes."""
+    """Transform vectors (…, 3) from world axes to the axes of the files."""
     right, forwards, up = np.moveaxis(vectors, -1, 0)
     return np.stack([forwards, -right, up], axis=-1)
 
 
 def from_blocks(blocks: np.ndarray, where: str) -> FourierWalk:
-    """Return the walk of five blocks (5, 3 P + 1): all x, all y, all z, and one number more.
+    """Build a walk from five blocks (5, 3 P + 1): all x, all y, all z, and a last number.
 
-    The numbers more of the first three blocks are period, size and speed.
+    The last numbers of the first three blocks are period, size and speed.
 
     Raises
     ------
     InvalidInput
-        If a number cannot be used, or nobody has such a period.
+        If a number cannot be used, or the period is outside the range of human strides.
     """
     if not (np.abs(blocks) <= LARGEST).all():
         raise damaged("a coefficient is not a usable number", where, code="not_number")
     period, size, speed = blocks[:3, -1]
     if not PERIODS[0] <= period <= PERIODS[1]:
         raise damaged(
-            "the period is not a stride's",
+            "the period is outside the range of human strides",
             where,
-            f"{PERIODS[0]:g} to {PERIODS[1]:g} frames of {RATE_HZ:g} Hz",
+            f"{PERIODS[0]:g} to {PERIODS[1]:g} frames at {RATE_HZ:g} Hz",
             f"{period:g}",
             code="unusable_period",
             period=float(period),
@@ -110,20 +110,20 @@ def from_blocks(blocks: np.ndarray, where: str) -> FourierWalk:
 
 
 def marker_names(count: int) -> tuple[str, ...]:
-    """Names of markers, which the files do not have: fifteen are the papers' joints in their order."""
+    """Names for markers, which the files do not store: fifteen markers are the papers' joints, in their order."""
     joints = WALKER15.joints
     return tuple(joints) if count == len(joints) else tuple(f"marker_{k + 1}" for k in range(count))
 
 
 def motion_of(walks: Mapping[str, FourierWalk], notes: Iterable[str], where: str) -> MotionCapture:
-    """Return walks as a recording of some strides; of several people, names of points begin with theirs.
+    """Return walks as a recording of several strides; with several people, point names begin with the person's name.
 
-    All have the period of the first, and several stand side by side.
+    All walks get the period of the first one.  Several people walk side by side.
 
     Raises
     ------
     InvalidInput
-        If so many points are beyond the budget of a file.
+        If the points exceed the memory budget of a file.
     """
     first = next(iter(walks.values()))
     rate = FRAMES_A_STRIDE * first.stride_hz
@@ -131,11 +131,11 @@ def motion_of(walks: Mapping[str, FourierWalk], notes: Iterable[str], where: str
     require_points(count, sum(walk.coefficients.shape[1] for walk in walks.values()), where)
     times = np.arange(count) / rate
     names = [
-        f"{who}:{name}" if len(walks) > 1 else name
-        for who, walk in walks.items()
+        f"{person}:{name}" if len(walks) > 1 else name
+        for person, walk in walks.items()
         for name in marker_names(walk.coefficients.shape[1])
     ]
-    aside = [np.array([0.0, k * ASIDE_MM, 0.0]) for k in range(len(walks))]
-    walking = [walk.positions(times) + moved for walk, moved in zip(walks.values(), aside, strict=True)]
+    offsets = [np.array([0.0, k * SPACING_MM, 0.0]) for k in range(len(walks))]
+    walking = [walk.positions(times) + offset for walk, offset in zip(walks.values(), offsets, strict=True)]
     positions = np.concatenate(walking, axis=1)
     return motion_capture(names, positions, rate, "mm", notes)

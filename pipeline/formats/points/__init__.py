@@ -1,1 +1,1 @@
-"""Tables of points as text: TRC and CSV, read and written."""
+"""Readers and writers of tables of points as text: TRC and CSV."""

@@ -1,4 +1,4 @@
-"""What tables of points (CSV, TRC) share: rows of cells with numbers in them, and checking what is to be written."""
+"""Rows and cells of tables of points (CSV, TRC), and checks of positions before they are written."""
 
 from __future__ import annotations
 
@@ -13,27 +13,27 @@ from pipeline.formats.text import read_numbers
 from pipeline.validation import require_range
 
 NOTHING = re.compile(r"|#?n/?a|none|null|missing|--?|-?nan\(.*\)|-?1[.,]#\w+|#[a-z/0]+[!?]", re.IGNORECASE)
-"""What tables write for a value that is missing, beside NaN; spreadsheets, for one that cannot be computed."""
+"""Spellings of a missing value, in addition to NaN, and of a value that a spreadsheet could not compute."""
 
 
 @dataclass
 class Rows:
-    """Lines of a table as cells.
+    """Rows of a table, split into cells.
 
     Attributes
     ----------
     where : str
         Name of the file.
     cells : list of list of str
-        Of each of R rows.
+        Cells of the R rows.
     lines : sequence of int
         Line of the file at which each row ends.
     notes : list of str
     decimal_comma : bool
     header : list of str
-        Titles of the columns; empty if they have none.
+        Titles of the columns; empty if there are no titles.
     settings : dict of str to float
-        Numbers that the lines above the titles state, by their names in small letters.
+        Numbers from the lines above the titles, by their names in lower case.
     """
 
     where: str
@@ -45,29 +45,29 @@ class Rows:
     settings: dict[str, float] = field(default_factory=dict)
 
     def place(self, row: int) -> str:
-        """File and line of a row."""
+        """File name and line number of a row."""
         return f"{self.where}, line {self.lines[row]}"
 
     def texts(self, column: int) -> list[str]:
-        """A column (R,) as text without blanks around it."""
+        """Column (R,) as text without surrounding blanks."""
         return [row[column].strip() for row in self.cells]
 
     def numbers(self, columns: Sequence[int]) -> np.ndarray:
-        """Some columns (R, C) as float64, NaN where a cell says that there is none or the row has ended."""
+        """Columns (R, C) as float64, NaN where a cell is empty, marked as missing, or beyond the end of the row."""
         words = [row[c].strip() if c < len(row) else "" for row in self.cells for c in columns]
         if self.decimal_comma:
             words = [word.replace(",", ".") for word in words]
 
-        def place(n: int) -> str:
+        def location(n: int) -> str:
             row, column = n // len(columns), columns[n % len(columns)]
             cell = f"column {self.header[column]!r}" if self.header else f"cell {column + 1}"
             return f"{self.place(row)}, {cell}"
 
         words = ["nan" if NOTHING.fullmatch(word) else word.removesuffix("px") for word in words]
-        return read_numbers(words, place).reshape(len(self.cells), len(columns))
+        return read_numbers(words, location).reshape(len(self.cells), len(columns))
 
     def column(self, column: int) -> np.ndarray:
-        """A column of numbers (R,).  Raises InvalidInput if one is missing."""
+        """Column of numbers (R,).  Raises InvalidInput if a number is missing."""
         numbers = self.numbers([column])[:, 0]
         if np.isnan(numbers).any():
             location = self.place(int(np.isnan(numbers).argmax()))
@@ -80,7 +80,7 @@ class Rows:
 def positions_to_write(
     names: Sequence[str], positions_mm: np.ndarray, frame_rate_hz: float, where: str, *, distinct: bool
 ) -> np.ndarray:
-    """Return positions (T, P, 3) as float64 if a table can hold them and give them back to the bit.
+    """Return positions (T, P, 3) as float64 after a check that a table can store them without loss.
 
     Parameters
     ----------
@@ -90,30 +90,30 @@ def positions_to_write(
         Millimetres; NaN where missing.
     frame_rate_hz : float
     where : str
-        The file, for the error.
+        Name of the file, for the error.
     distinct : bool
-        Whether all names must differ.
+        True if all names must differ.
 
     Raises
     ------
     InvalidInput
-        If the shapes do not fit each other, or a name, the rate or a coordinate cannot be written.
+        If the shapes do not match, or a name, the rate or a coordinate cannot be written.
     """
     positions = np.asarray(positions_mm, float)
     if positions.ndim != 3 or positions.shape[1:] != (len(names), 3) or 0 in positions.shape:
         raise damaged(
-            "the positions do not have the shape of the names",
+            "the positions do not match the names",
             where,
-            f"(frames, {len(names)}, 3), none zero",
+            f"shape (frames, {len(names)}, 3), no size zero",
             positions.shape,
             code="wrong_shape",
             shape=positions.shape,
         )
     for k, name in enumerate(names):
-        readable = name and name == name.strip() and name.isprintable()  # what ends a line is not printable
+        readable = name and name == name.strip() and name.isprintable()  # line ends are not printable
         if not readable or (distinct and name in names[:k]):
             raise damaged(
-                "the table cannot hold the point name", where, received=repr(name), code="unwritable_name"
+                "the table cannot store the point name", where, received=repr(name), code="unwritable_name"
             )
     require_range(f"{where}, frame_rate_hz", frame_rate_hz, above=0, unit="Hz")
     if np.isinf(positions).any():

@@ -1,7 +1,7 @@
-"""Tables that programs of motion capture export: a preamble, lines of titles over the columns, then numbers.
+"""Readers of tables exported by motion capture programs: a preamble, lines of titles, then numbers.
 
 Vicon Nexus (CSV, ``Trajectories``), Qualisys Track Manager (TSV, ``MARKER_NAMES``) and OptiTrack Motive (CSV,
-``Format Version``) are told from plain tables, and from each other, by their first lines.
+``Format Version``) are recognised by their first lines.
 """
 
 from __future__ import annotations
@@ -22,24 +22,26 @@ from pipeline.skeleton.recorded import MotionCapture
 
 
 def exported(path: Path, frame_rate_hz: float | None, units: str | None) -> MotionCapture | None:
-    """Read a table that one of the three programs exported; None if it is a table of another kind.
+    """Read a table exported by Nexus, QTM or Motive; return None for any other table.
 
     Parameters
     ----------
     path : Path
     frame_rate_hz : float or None
-        Frames per second, where the file does not state it.
+        Frames per second, if the file does not state it.
     units : str or None
-        Unit of length, where the file does not state it.
+        Unit of length, if the file does not state it.
 
     Raises
     ------
     InvalidInput
-        If the file cannot be read, or is of one of these kinds and damaged.
+        If the file cannot be read, or is an export of one of these programs and damaged.
     """
     text, notes = read_text(path)
     head = text[:4000]
-    separator = max(",;\t", key="".join(re.findall(".*[A-Za-z]{2}.*", head)).count)  # of lines with words
+    separator = max(
+        ",;\t", key="".join(re.findall(".*[A-Za-z]{2}.*", head)).count
+    )  # most frequent in lines with words
     lines = [line.strip(' ,;\t"') for line in head.split("\n")]
     first = next(filter(None, lines), "")
     if first.lower().startswith("format version"):
@@ -60,7 +62,7 @@ def exported(path: Path, frame_rate_hz: float | None, units: str | None) -> Moti
 
 
 class _Lines:
-    """The lines of a file as cells without blanks, and where each stands."""
+    """Lines of a file, split into cells without surrounding blanks."""
 
     def __init__(self, where: str, text: str, separator: str, notes: list[str]) -> None:
         try:
@@ -69,7 +71,7 @@ class _Lines:
         except csv.Error as error:
             raise damaged("the quoting is broken", where, code="broken_quotes") from error
         self.where, self.notes, self.ended = where, notes, text.endswith("\n")
-        self.declared = np.nan  # number of frames
+        self.declared = np.nan  # declared number of frames
         if separator != ",":
             self.cells = [[cell.replace(",", ".") for cell in row] for row in self.cells]
 
@@ -89,12 +91,13 @@ class _Lines:
         *,
         zero_is_missing: bool = False,
     ) -> MotionCapture:
-        """The recording whose frames begin in a line, with columns x, y, z of each point, and of ``frame`` or ``time``.
+        """Build the recording from the line `first` on.
 
-        The lines have as many cells as the last of the columns needs, or `width` if these are more.
+        `columns` are x, y, z of each point, and `leading` has the column of ``frame`` or ``time``.  Lines may have as
+        many cells as the last column needs, or `width` if that is larger.
         """
-        every = [*leading.values(), *columns]
-        numbers = self._numbers(first, every, max(*every, width - 1))
+        all_columns = [*leading.values(), *columns]
+        numbers = self._numbers(first, all_columns, max(*all_columns, width - 1))
         positions = numbers[:, len(leading) :].reshape(len(numbers), -1, 3) * millimetres
         compare_frames(self.declared, len(numbers), self.notes)
         if zero_is_missing:
@@ -114,12 +117,12 @@ class _Lines:
                 "FREQUENCY, or the option frame_rate_hz",
                 code="unknown_rate",
             )
-        elif "frame" in columns_by_name:  # those that have no line are missing
+        elif "frame" in columns_by_name:  # frames without a line are missing
             counter = columns_by_name["frame"]
             wrong = np.flatnonzero(np.isnan(counter) | (np.diff(counter, prepend=counter[0] - 1) <= 0))
             if wrong.size:
                 raise damaged(
-                    "the frame number does not follow the line before",
+                    "the frame number does not increase from the line before",
                     place(int(wrong[0])),
                     code="frame_order",
                 )
@@ -128,13 +131,13 @@ class _Lines:
         return motion_capture(names, positions, rate, unit, self.notes)
 
     def _numbers(self, first: int, columns: list[int], last: int) -> np.ndarray:
-        """The numbers (T, C) from a line on, up to an empty one; a last line that is cut is left out."""
+        """Numbers (T, C) from the line `first` to the next empty line, without a truncated last line."""
         stop = next((k for k in range(first, len(self.cells)) if not any(self.cells[k])), len(self.cells))
         rows = self.cells[first:stop]
-        cut = stop == len(self.cells) and not self.ended
-        if cut and len(rows) > 1 and len(rows[-1]) < len(rows[-2]):
+        is_truncated = stop == len(self.cells) and not self.ended
+        if is_truncated and len(rows) > 1 and len(rows[-1]) < len(rows[-2]):
             rows.pop()
-            self.notes.append(f"The last line ({stop}) was cut and is not read.")
+            self.notes.append(f"The last line ({stop}) is truncated and is not read.")
         if not rows:
             raise damaged(
                 "the table has no frames", self.where, "lines of numbers below the titles", code="no_frames"
@@ -142,29 +145,29 @@ class _Lines:
         require_memory(
             64 * len(rows) * len(columns),
             self.where,
-            "the table has more titles than numbers",
+            "the table has too many titles for its numbers",
             code="titles_alone",
         )
-        # Missing points at the end of a line are often left out with their separators.
-        if long := [k for k, row in enumerate(rows) if any(row[last + 1 :])]:
+        # Missing points at the end of a line are often omitted with their separators.
+        if longer := [k for k, row in enumerate(rows) if any(row[last + 1 :])]:
             raise damaged(
-                "the line has another number of cells than the titles ask for",
-                self.place(first + long[0]),
+                "the number of cells in the line does not match the titles",
+                self.place(first + longer[0]),
                 last + 1,
-                len(rows[long[0]]),
+                len(rows[longer[0]]),
                 code="wrong_count",
                 needed=last + 1,
-                count=len(rows[long[0]]),
+                count=len(rows[longer[0]]),
             )
         return Rows(self.where, rows, range(first + 1, stop + 1), self.notes).numbers(columns)
 
 
 def _nexus(lines: _Lines, units: str | None) -> MotionCapture:
-    """Vicon Nexus: the section Trajectories holds rate, names, titles, units if any, and numbers, each in a line."""
+    """Read an export of Vicon Nexus: the section Trajectories has lines of rate, names, titles, units, and numbers."""
     starts = [k for k, row in enumerate(lines.cells) if row and row[0].lower() == "trajectories"]
     if not starts or starts[0] + 5 > len(lines.cells):
         raise damaged(
-            "there are no trajectories",
+            "the file has no trajectories",
             lines.where,
             "a section Trajectories",
             ", ".join(row[0] for row in lines.cells if len([c for c in row if c]) == 1)[:60],
@@ -174,7 +177,7 @@ def _nexus(lines: _Lines, units: str | None) -> MotionCapture:
     rate = number((lines.cells[begin + 1] or [""])[0])
     if not 0 < rate < 1e6:
         raise damaged(
-            "the frame rate is unusable",
+            "the frame rate cannot be used",
             lines.place(begin + 1),
             "hertz",
             str(lines.cells[begin + 1])[:40],
@@ -188,13 +191,13 @@ def _nexus(lines: _Lines, units: str | None) -> MotionCapture:
     columns = [k + axis for k in named for axis in range(3)]
     if not named or axes.count("Y") != len(named) or axes.count("Z") != len(named):
         raise damaged(
-            "the names do not stand over the columns X, Y, Z",
+            "the names are not above the columns X, Y, Z",
             lines.place(begin + 2),
             f"{axes.count('Y')} names",
             len(named),
             code="misplaced_names",
         )
-    # Beside the trajectories may stand what is computed from them, under titles of its own.
+    # Computed quantities may follow the trajectories in columns with other titles.
     if others := [name for k, name in enumerate(heading) if name and k not in named]:
         lines.notes.append("Columns that are not read: " + ", ".join(others[:8]) + ".")
     stated = {unit_row[k].lower() for k in columns if k < len(unit_row)} - {""}
@@ -206,12 +209,12 @@ def _nexus(lines: _Lines, units: str | None) -> MotionCapture:
 
 
 def _qualisys(lines: _Lines, frame_rate_hz: float | None, units: str | None) -> MotionCapture:
-    """Qualisys Track Manager: settings, names in one line, then x, y, z of each marker; all zero is missing."""
+    """Read an export of Qualisys Track Manager: settings, names, then x, y, z of each marker (0, 0, 0 if missing)."""
     settings = {row[0].upper(): row[1:] for row in lines.cells if row and row[0]}
     kind = (settings.get("DATA_INCLUDED") or ["3D"])[0]
     if kind != "3D":
         raise damaged(
-            "the table holds no markers",
+            "the table has no markers",
             lines.where,
             "an export of 3D data",
             kind,
@@ -237,18 +240,18 @@ def _qualisys(lines: _Lines, frame_rate_hz: float | None, units: str | None) -> 
     rate = declared if 0 < declared < 1e6 else frame_rate_hz
     unit = units or "mm"
     millimetres = millimetres_in(unit, lines.where)
-    titled = {title: k for k, title in enumerate(leading)}
+    leading_columns = {title: k for k, title in enumerate(leading)}
     lines.declared = number((settings.get("NO_OF_FRAMES") or [""])[0])
-    return lines.motion(names, first, columns, titled, rate, unit, millimetres, zero_is_missing=True)
+    return lines.motion(names, first, columns, leading_columns, rate, unit, millimetres, zero_is_missing=True)
 
 
 def _optitrack(lines: _Lines, units: str | None) -> MotionCapture:
-    """OptiTrack Motive: types, names and kinds of columns in lines of titles; bones and measured markers are read."""
+    """Read an export of OptiTrack Motive: lines of types, names and kinds of columns; bones or markers are read."""
     settings = dict(zip(lines.cells[0][::2], lines.cells[0][1::2], strict=False))
     at = next((k for k, row in enumerate(lines.cells) if row[:1] == ["Frame"]), 0)
     above = lines.cells[1:at]
     by_title = {row[1].lower(): row for row in above if len(row) > 2 and row[1]}
-    # Older exports have the lines alone, without their titles.
+    # Older exports have these lines without titles.
     by_title = by_title or dict(zip(("type", "name"), filter(any, above), strict=False))
     kinds = above[-1] if above else []
     if not at or not {"type", "name"} <= set(by_title) or "Position" not in kinds:
@@ -270,18 +273,22 @@ def _optitrack(lines: _Lines, units: str | None) -> MotionCapture:
             and kind[0] in ("Bone", "Marker", "Labeled Marker", "Rigid Body", "Bone Marker")
         ):
             columns.setdefault((name[0], kind[0]), []).append(k)
-    whole = {key: triple for key, triple in columns.items() if len(triple) == 3 and key[0]}
-    # Where a skeleton's bones expect markers is of use if nothing else is there.
-    whole = {key: triple for key, triple in whole.items() if key[1] != "Bone Marker"} or whole
-    if not whole:
+    triples = {key: triple for key, triple in columns.items() if len(triple) == 3 and key[0]}
+    # Marker positions expected by the skeleton (Bone Marker) are used only without bones and measured markers.
+    triples = {key: triple for key, triple in triples.items() if key[1] != "Bone Marker"} or triples
+    if not triples:
         raise damaged(
-            "there are no positions of bones or markers", lines.where, "Type Bone or Marker", code="no_points"
+            "the file has no positions of bones or markers",
+            lines.where,
+            "Type Bone or Marker",
+            code="no_points",
         )
-    # A bone and a marker of one name are different points.
+    # A bone and a marker with the same name are different points.
     names = [
-        name if kind == "Bone" or (name, "Bone") not in whole else f"{name}_marker" for name, kind in whole
+        name if kind == "Bone" or (name, "Bone") not in triples else f"{name}_marker"
+        for name, kind in triples
     ]
-    selected = [column for triple in whole.values() for column in triple]
+    selected = [column for triple in triples.values() for column in triple]
     rate = declared if 0 < declared < 1e6 else None
     lines.declared = number(settings.get("Total Exported Frames", ""))
     return lines.motion(names, at + 1, selected, {"time": 1}, rate, unit, millimetres, len(lines.cells[at]))

@@ -1,9 +1,9 @@
-"""TRC files: marker trajectories as text, the format of OpenSim and of markerless pipelines.
+"""Reader and writer of TRC files: marker trajectories as text, for OpenSim and markerless pipelines.
 
-Five lines of header (kind of file, names of the settings, their values, marker names, axis names), then
-one line for each frame: number, time in seconds, x, y, z of each marker.  Columns are separated by tabs, commas or
-semicolons, where a blank cell is a missing coordinate, or by spaces, where every cell must be written.  The line of
-axis names says which columns hold numbers, so blank columns between them do no harm.
+The header has five lines: kind of file, names of the settings, their values, marker names, axis names.  Each frame is
+a line with its number, time in seconds, and x, y, z of each marker.  Columns are separated by tabs, commas, semicolons
+or spaces.  An empty cell is a missing coordinate, except with spaces, where no cell may be empty.  The line of axis
+names identifies the columns of numbers, and blank columns between them are skipped.
 """
 
 from __future__ import annotations
@@ -27,22 +27,22 @@ from pipeline.validation import harmless
 
 @dataclass(frozen=True)
 class Table:
-    """The lines of a TRC file.
+    """Content of a TRC file.
 
     Attributes
     ----------
     settings : dict of str to str
-        Of the header, by their names in small letters.
+        Settings of the header, by their names in lower case.
     rate : float or None
-        Hertz that the header declares.
+        Frame rate that the header declares, Hz.
     names : tuple of str
-        P markers.
+        Names of the P markers.
     times : (R,) float64
         Seconds, NaN where blank.
     positions : (R, P, 3) float64
         In the unit of the file, NaN where blank.
     rows : Rows
-        The lines below the header, and notes.
+        Rows below the header, and notes.
     """
 
     settings: dict[str, str]
@@ -63,22 +63,22 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
     ----------
     path : Path
     frame_rate_hz : float, optional
-        Used if the file states no rate (DataRate 0) and has no times that tell it.
+        Frames per second, used if the file has no rate (DataRate 0) and no times.
     units : str, optional
-        Unit of length if the file has no setting Units; ``"mm"`` if not given.
+        Unit of length if the file has no setting Units; default ``"mm"``.
 
     Returns
     -------
     MotionCapture
-        A marker with a blank or NaN coordinate is NaN and not valid in that frame.  Noted, and read all the same:
-        other counts of frames or markers than declared, a last line that is cut, missing frames, uneven times
-        (resampled), names or columns that are blank or stand more than once.
+        A marker with a blank or NaN coordinate is NaN and invalid in that frame.  These are noted and tolerated: other
+        counts of frames or markers than declared, a truncated last line, missing frames, uneven times (resampled),
+        blank or repeated names or columns.
 
     Raises
     ------
     InvalidInput
-        If the file is not TRC, columns do not fit the names, its unit of length or its rate is unknown, or its
-        times contradict its frame rate.
+        If the file is not TRC, the columns do not match the names, the unit or the frame rate is unknown, or the
+        times contradict the frame rate.
     """
     table, where = read_table(path), path.name
     stated = unit_of(table.settings.get("units", "")) or units
@@ -102,7 +102,7 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
 
 
 def read_table(path: Path) -> Table:
-    """Read header and lines of a TRC file; raises as `read` does."""
+    """Read the header and rows of a TRC file.  Raises as `read`."""
     where = path.name
     text, notes = read_text(path)
     lines = text.lstrip("\n").split("\n")
@@ -130,15 +130,15 @@ def read_table(path: Path) -> Table:
         notes.append("Commas inside numbers were read as decimal points.")
     count = len(rows.cells)
     if not count:
-        raise damaged("the file has no frames", where, "lines of numbers after the header", code="no_frames")
+        raise damaged("the file has no frames", where, "rows of numbers after the header", code="no_frames")
     compare_frames(frames, count, notes)
     declared = number(settings.get("nummarkers", ""))
     names, columns = _markers(cells(lines[3]), axes, rows, declared)
     if np.isfinite(declared) and declared != len(names):
-        notes.append(f"The file declares {declared:g} markers and names {len(names)}; the names count.")
+        notes.append(f"The file declares {declared:g} markers but names {len(names)}; the names are used.")
     if short := [k for k, row in enumerate(rows.cells) if len(row) <= columns[-1]]:
         raise damaged(
-            "the line has another number of cells than the header asks for",
+            "the number of cells in the line does not match the header",
             rows.place(short[0]),
             columns[-1] + 1,
             len(rows.cells[short[0]]),
@@ -152,7 +152,7 @@ def read_table(path: Path) -> Table:
 
 
 def write(path: Path, names: Sequence[str], positions_mm: np.ndarray, frame_rate_hz: float) -> None:
-    """Write marker positions as TRC in millimetres, every digit kept, missing samples blank.
+    """Write marker positions as TRC in millimetres, with all digits and blank cells for missing samples.
 
     Parameters
     ----------
@@ -166,18 +166,18 @@ def write(path: Path, names: Sequence[str], positions_mm: np.ndarray, frame_rate
     Raises
     ------
     InvalidInput
-        If the shapes do not fit each other, or a name, a rate or a coordinate cannot be written.
+        If the shapes do not match, or a name, the rate or a coordinate cannot be written.
     """
     positions = positions_to_write(names, positions_mm, frame_rate_hz, path.name, distinct=False)
     if quoted := [name for name in names if name != name.strip('"')]:
         raise damaged(
-            "the table cannot hold the point name", path.name, received=quoted[0], code="unwritable_name"
+            "the table cannot store the point name", path.name, received=quoted[0], code="unwritable_name"
         )
     names = [*map(harmless, names)]
     rate = repr(float(frame_rate_hz))
     frames, markers = positions.shape[:2]
     axes = (f"{axis}{k}" for k in range(1, markers + 1) for axis in "XYZ")
-    # The settings of a file that was never cut or resampled: the original is what is written.
+    # The file was never cut or resampled, so its original settings equal the written ones.
     settings = {
         "DataRate": rate,
         "CameraRate": rate,
@@ -208,19 +208,19 @@ def _cells(line: str, separator: str | None) -> list[str]:
 
 
 def _settings(keys: list[str], values: list[str]) -> dict[str, str]:
-    """Settings of the header by their names in small letters; blank and doubled columns are skipped."""
+    """Settings of the header by their names in lower case, without blank columns."""
     if sum(map(bool, keys)) == sum(map(bool, values)):
         keys, values = [key for key in keys if key], [value for value in values if value]
     return {key.lower(): value for key, value in zip(keys, values, strict=False) if key}
 
 
 def _rate(settings: dict[str, str], where: str) -> float | None:
-    """Frames per second that the header declares; None if it says nothing above 0."""
+    """Frames per second that the header declares; None if it is missing or not above 0."""
     written = settings.get("datarate", "")
     value = number(written.replace(",", ".")) if written else 0.0
     if not abs(value) < LARGEST:
         raise damaged(
-            "DataRate is unusable",
+            "the setting DataRate cannot be used",
             f"{where}, line 3",
             "a positive number",
             f"{written:.40}",
@@ -231,19 +231,19 @@ def _rate(settings: dict[str, str], where: str) -> float | None:
 
 
 def _leave_out_cut(rows: Rows, ended: bool, declared: float) -> None:
-    """Leave out a last row that was cut: shorter than the others, or not ended in a file that is too short."""
+    """Drop a truncated last row: shorter than the others, or without a line end in a file with too few frames."""
     count = len(rows.cells)
     widest = max(map(len, rows.cells[:-1]), default=0)
     cut = count and (len(rows.cells[-1]) < widest or (not ended and count < declared))
     if cut and not (ended and count == declared):
         rows.cells.pop()
-        rows.notes.append(f"The last line ({rows.lines[-1]}) was cut and is not read.")
+        rows.notes.append(f"The last line ({rows.lines[-1]}) is truncated and is not read.")
 
 
 def _markers(
     heading: list[str], axes: list[str], rows: Rows, declared: float
 ) -> tuple[tuple[str, ...], list[int]]:
-    """Names of the markers, and the columns of the numbers x, y, z of each."""
+    """Names of the markers, and the columns of their numbers x, y, z."""
     location = f"{rows.where}, line 4"
     if heading[0].lower().rstrip("#") != "frame" or len(heading) < 3:
         raise damaged(
@@ -258,7 +258,7 @@ def _markers(
         len(named) > 2
         and len(named) % 3 == 0
         and all(len({name for _, name in named[k : k + 3]}) == 1 for k in range(0, len(named), 3))
-    ):  # each name over each of its three columns
+    ):  # each name is repeated over its three columns
         named = named[::3]
     at = [column for column, name in enumerate(axes) if _AXIS.fullmatch(name)]
     count = len(at) // 3 or len(named)
@@ -266,7 +266,7 @@ def _markers(
     in_a_row = [column for column, _ in named] == list(range(2, 2 + 3 * len(named), 3))
     if in_a_row and len(named) < count and width <= 2 + 3 * len(named):
         count, at = len(named), at[: 3 * len(named)]  # more axes than names, but no numbers under them
-    # Blank columns may stand in all lines, in the header alone or in the numbers alone.
+    # Blank columns may occur in all lines, only in the header, or only in the numbers.
     if len(at) != 3 * count or at[0] < 2 or not any(len(cells) > at[-1] for cells in rows.cells):
         at = list(range(2, 2 + 3 * count))
     if width > at[-1] + 1:
@@ -274,12 +274,12 @@ def _markers(
             {column for cells in rows.cells for column, cell in enumerate(cells) if cell and column > 1}
         )
         if in_a_row and len(named) == count and width == 2 + 3 * declared:
-            filled = at  # numbers of markers that are declared, but neither have names nor axes
+            filled = at  # columns of declared markers without names and axes
         if len(filled) != 3 * count:
-            long = next(k for k, cells in enumerate(rows.cells) if _width(cells) > at[-1] + 1)
+            longer = next(k for k, cells in enumerate(rows.cells) if _width(cells) > at[-1] + 1)
             raise damaged(
-                "the line has another number of cells than the header asks for",
-                rows.place(long),
+                "the number of cells in the line does not match the header",
+                rows.place(longer),
                 at[-1] + 1,
                 width,
                 code="wrong_count",
@@ -296,17 +296,17 @@ def _markers(
         raise damaged(
             "the marker names do not match the columns",
             location,
-            f"{count} names, one over each three columns",
+            f"{count} names, each over three columns",
             f"{len(named)} names",
             code="misplaced_names",
             count=len(named),
         )
     rows.notes.append(
-        f"{count - len(named)} markers have no name; they are called point_1, point_2… by their place."
+        f"{count - len(named)} markers have no name; they are named point_1, point_2… by position."
     )
     return names, at
 
 
 def _width(cells: list[str]) -> int:
-    """Number of cells up to the last that is not blank."""
+    """Number of cells up to the last cell that is not blank."""
     return max((k for k, cell in enumerate(cells, start=1) if cell), default=0)

@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from pipeline.clips.kinds import WALKS, Keep, Walks
+from pipeline.clips.kinds import WALKS, Reducer, Walks
 from pipeline.core import fourier
 from pipeline.core.walking.definitions import SHOULDERS, STERNUM, redefine, set_origin
 from pipeline.processes import map_processes
@@ -134,9 +134,9 @@ class FourierDataset(Dataset):
         """Return the options without the frequency: every sample has it, whether it is counted or not."""
         return replace(self, frequency=False)
 
-    def represent(self, letting_go: Callable[[Keep], tuple[Walks, list[_Series]]]) -> RepresentedWalks:
+    def represent(self, streaming: Callable[[Reducer], tuple[Walks, list[_Series]]]) -> RepresentedWalks:
         """Return walks without positions, and their Fourier representations."""
-        clips, series = letting_go(self._represented)
+        clips, series = streaming(self._represented)
         return RepresentedWalks(**vars(clips), samples=self._samples(clips, series.__getitem__))
 
     def build(self, clips: Walks, *, workers: int) -> FourierSamples:

@@ -1,6 +1,6 @@
-"""Performances of bending to the floor by people of different sizes and manners, with known timing.
+"""Synthetic performances of bending to the floor, with known timing.
 
-`bending_performances` makes them; `correspondence` gives the true warp between two of them.
+`bending_performances` generates the performances.  `correspondence` returns the true warp between two of them.
 """
 
 from pipeline.synthetic.bending.performances import BendingPerformances, bending_performances

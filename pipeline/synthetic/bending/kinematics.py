@@ -1,11 +1,11 @@
-"""Joint centres of one person who bends to the floor and comes up again, at phases of the action.
+"""Joint centres of a person who bends to the floor and rises again, at phases of the action.
 
 Steps
 -----
-1. Knee and hip flexion follow the phase, each with its own timing, over the range that brings the hands to the target.
-2. Shank, thigh and trunk are a chain in the sagittal plane, which turns about the ankles until the centre of mass is
+1. Knee and hip flexion follow the phase with separate timing, over the range that brings the hands to the target.
+2. Shank, thigh and trunk are a chain in the sagittal plane, which rotates about the ankles until the centre of mass is
    over the feet.
-3. The feet do not move; knees are at the ends of thighs and shanks, turned out.
+3. The feet do not move; knees are at the ends of thighs and shanks, and turned out.
 4. The trunk leans and twists towards the reaching hand; head and arms follow.
 
 Legend: arrays are (frame, space), or (side, frame, space) with left before right; angles in radians, forward and
@@ -23,13 +23,15 @@ from pipeline.synthetic.walkers.person import SIDE, Person, leaning
 
 LEG_MASSES, UPPER_MASS = {"thigh": 0.200, "shank": 0.093}, 0.678
 LEG_CENTRE, UPPER_CENTRE = 0.433, 0.626
-"""Masses of both thighs, both shanks, and head, arms and trunk, as fractions of the body's; their centres: from the
-upper end of thigh and shank, from the hips towards the shoulders.  Published: Winter 2009 table 4.1."""
+"""Masses of both thighs, both shanks, and head, arms and trunk, as fractions of body mass, and their centres.
 
-STOP = np.radians(135.0)
+The centres are fractions of the distance from the upper end of thigh and shank, and from the hips to the shoulders.
+Published: Winter 2009 table 4.1."""
+
+MAX_FLEXION = np.radians(135.0)
 """Largest flexion of knee and hip.  Assumed."""
 
-LEAST_BEND = np.radians(4.0)
+MIN_BEND = np.radians(4.0)
 """Smallest flexion of a standing knee, which sets the largest height of the hips.  Assumed."""
 
 _DEEPEST = (DOWN[1] + UP[0]) / 2.0
@@ -38,15 +40,15 @@ _DEPTHS = (0.2, 1.6)
 
 def bend(person: Person, manner: Manner, phase: np.ndarray, sway: dict[str, np.ndarray]) -> np.ndarray:
     """Return joint centres (F, 15, 3), mm, in WALKER15 order, facing +y, at phases (F,) of the action."""
-    still = dict.fromkeys(SWAY, np.zeros(1))
+    no_sway = dict.fromkeys(SWAY, np.zeros(1))
     target = manner.statures[0] * person.body.stature
     share = np.array([1.0 - manner.one_handed, 1.0 + manner.one_handed]) / 2.0
 
     def over_target(depth: float) -> float:
-        deepest = _posture(person, manner, np.array([_DEEPEST]), still, depth)
+        deepest = _posture(person, manner, np.array([_DEEPEST]), no_sway, depth)
         return share @ deepest[0, [4, 7], 2] - target
 
-    # Hands that cannot reach the target come as near to it as they can.
+    # Hands that cannot reach the target come as close as possible.
     ends = [over_target(depth) for depth in _DEPTHS]
     depth = (
         brentq(over_target, *_DEPTHS, xtol=1e-6) if ends[0] > 0.0 > ends[1] else _DEPTHS[int(ends[1] > 0.0)]
@@ -58,21 +60,21 @@ def _posture(
     person: Person, manner: Manner, phase: np.ndarray, sway: dict[str, np.ndarray], depth: float
 ) -> np.ndarray:
     angles = manner.angles
-    gone = {name: manner.progress(name, phase) for name in TIMED}
-    sway = {name: (1.0 + SWAY_BENT * gone["hip"]) * wave for name, wave in sway.items()}
+    progress = {name: manner.progress(name, phase) for name in TIMED}
+    sway = {name: (1.0 + SWAY_BENT * progress["hip"]) * wave for name, wave in sway.items()}
     knee, hip = (
-        angles[f"standing_{name}"] + gone[name] * np.minimum(depth * angles[name], STOP)
+        angles[f"standing_{name}"] + progress[name] * np.minimum(depth * angles[name], MAX_FLEXION)
         for name in ("knee", "hip")
     )
     _, width, ahead, balance = manner.statures * person.body.stature
     tilt, pelvis = _balanced(person, knee, hip, balance + sway["balance_mm"])
     tilt = tilt + sway["trunk"]
 
-    # To the side of the reaching hand.
-    aside = manner.one_handed * gone["lean"]
-    lean = aside * angles["lean"] + sway["lean"]
-    twist = gone["twist"] * manner.one_handed * angles["twist"] + sway["twist"]
-    pelvis[:, 0] = sway["sideways_mm"] + 25.0 * aside
+    # The body leans to the side of the reaching hand.
+    side_lean = manner.one_handed * progress["lean"]
+    lean = side_lean * angles["lean"] + sway["lean"]
+    twist = progress["twist"] * manner.one_handed * angles["twist"] + sway["twist"]
+    pelvis[:, 0] = sway["sideways_mm"] + 25.0 * side_lean
 
     ankles = np.zeros((2, len(phase), 3))
     ankles[:, :, 0] = SIDE * width / 2.0
@@ -81,16 +83,16 @@ def _posture(
     yaw = 0.4 * twist
     across = np.column_stack([np.cos(yaw), np.sin(yaw), np.zeros_like(yaw)])
     hips = pelvis + (person.body.half_hips * SIDE)[..., None] * across
-    lowered = _too_high(person, hips, ankles)
-    pelvis[:, 2] -= lowered
-    hips[..., 2] -= lowered
-    opened = person.knee_out + gone["knee"] * angles["opened_knees"]
+    excess = _excess_height(person, hips, ankles)
+    pelvis[:, 2] -= excess
+    hips[..., 2] -= excess
+    opened = person.knee_out + progress["knee"] * angles["opened_knees"]
     opened = opened + np.stack([sway["left_knee"], sway["right_knee"]])
     knees = _knees(person, hips, ankles, opened)
 
     up = leaning(tilt, lean).T
     sternum = pelvis + person.body.trunk * up
-    nod = angles["standing_head"] + 0.8 * tilt - gone["head"] * angles["head"] + sway["head"]
+    nod = angles["standing_head"] + 0.8 * tilt - progress["head"] * angles["head"] + sway["head"]
     head = sternum + person.body.head * leaning(nod, lean / 2.0).T
     right = across - (across * up).sum(axis=-1, keepdims=True) * up
     right = right / np.linalg.norm(right, axis=-1, keepdims=True)
@@ -99,7 +101,7 @@ def _posture(
     shoulders = (
         sternum - person.body.shoulder_drop * up + (person.body.half_shoulders * SIDE)[..., None] * right
     )
-    elbows, wrists = _arms(person, manner, gone, sway, tilt, up, right, shoulders)
+    elbows, wrists = _arms(person, manner, progress, sway, tilt, up, right, shoulders)
     limbs = [shoulders, elbows, wrists]
     legs = [hips, knees, ankles]
     upper = [head, sternum, *(j[0] for j in limbs), *(j[1] for j in limbs)]
@@ -109,13 +111,13 @@ def _posture(
 def _balanced(
     person: Person, knee: np.ndarray, hip: np.ndarray, ahead: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the tilt of the trunk (F,) and the pelvis (F, 3), mm, with the centre of mass `ahead` mm of the ankles."""
+    """Return the tilt of the trunk (F,) and the pelvis (F, 3), mm; the centre of mass is `ahead` mm of the ankles."""
     thigh, shank = person.body.thigh.mean(), person.body.shank.mean()
 
     def along(tilt: np.ndarray) -> np.ndarray:
         return np.stack([np.sin(tilt), np.cos(tilt)])
 
-    # First with an upright shank: thigh and trunk as they stand to it, (2, F) ahead and up from the ankles.
+    # First with an upright shank: positions (2, F) of thigh and trunk, ahead and up from the ankles.
     knees = shank * along(np.zeros_like(knee))
     hips = knees + thigh * along(-knee)
     upper = hips + UPPER_CENTRE * person.body.trunk * along(hip - knee)
@@ -124,17 +126,17 @@ def _balanced(
         + LEG_MASSES["thigh"] * (hips + LEG_CENTRE * (knees - hips))
         + UPPER_MASS * upper
     ) / (sum(LEG_MASSES.values()) + UPPER_MASS)
-    # Then the whole turns about the ankles.
+    # Then the complete chain rotates about the ankles.
     turn = np.arcsin(ahead / np.hypot(*centre)) - np.arctan2(*centre)
     hips = shank * along(turn) + thigh * along(turn - knee)
     ankle = body.SEGMENTS["ankle_height"] * person.body.stature
     return turn - knee + hip, np.stack([np.zeros_like(knee), hips[0], ankle + hips[1]], axis=-1)
 
 
-def _too_high(person: Person, hips: np.ndarray, ankles: np.ndarray) -> float:
-    """Return by how many mm, at most, the hips are higher than the legs reach; 0 if they are not."""
+def _excess_height(person: Person, hips: np.ndarray, ankles: np.ndarray) -> float:
+    """Largest height of the hips above the reach of the legs, mm; 0 if the legs reach them."""
     thigh, shank = person.body.thigh[:, 0], person.body.shank[:, 0]
-    reach = np.sqrt(thigh**2 + shank**2 + 2.0 * thigh * shank * np.cos(LEAST_BEND))
+    reach = np.sqrt(thigh**2 + shank**2 + 2.0 * thigh * shank * np.cos(MIN_BEND))
     leg = hips - ankles
     highest = np.sqrt(reach[:, None] ** 2 - (leg[..., :2] ** 2).sum(axis=-1))
     return max(0.0, (leg[..., 2] - highest).max())
@@ -157,22 +159,22 @@ def _knees(person: Person, hips: np.ndarray, ankles: np.ndarray, opened: np.ndar
 def _arms(
     person: Person,
     manner: Manner,
-    gone: dict[str, np.ndarray],
+    progress: dict[str, np.ndarray],
     sway: dict[str, np.ndarray],
     tilt: np.ndarray,
     up: np.ndarray,
     right: np.ndarray,
     shoulders: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return elbows and wrists, each (2, F, 3), mm; the arm that does not reach stays near the trunk, bent."""
+    """Return elbows and wrists, each (2, F, 3), mm; the idle arm stays bent near the trunk."""
     angles = manner.angles
     idle = np.array([[manner.one_handed], [0.0]])
     forward = np.array([[angles["left_arm"]], [angles["right_arm"]]])
-    swing = angles["standing_arms"] + gone["arms"] * (1.0 - 0.4 * idle) * (tilt + forward)
+    swing = angles["standing_arms"] + progress["arms"] * (1.0 - 0.4 * idle) * (tilt + forward)
     swing = swing + np.stack([sway["left_arm"], sway["right_arm"]])
-    midway = 4.0 * gone["elbows"] * (1.0 - gone["elbows"])
+    midway = 4.0 * progress["elbows"] * (1.0 - progress["elbows"])
     flexed = np.maximum(angles["standing_elbows"] + midway * angles["elbows"], np.radians(2.0))
-    flexed = flexed + gone["elbows"] * idle * np.radians(40.0)
+    flexed = flexed + progress["elbows"] * idle * np.radians(40.0)
     ahead = np.cross(up, right)
     sin, cos = np.sin(swing)[..., None], np.cos(swing)[..., None]
     hanging, forward = sin * ahead - cos * up, cos * ahead + sin * up

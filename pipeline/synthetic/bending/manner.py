@@ -1,11 +1,11 @@
-"""Differences in bending to the floor between persons, and between one person's performances.
+"""Variation of bending to the floor between people, and between performances of a person.
 
 The grades of support (*published*, *assumed*) are those of `walkers.normative_gait`.  The sizes were not fitted to any
-recording.  Differences between the sides and the variation of the bent body were increased once, because nearly
-symmetric people who repeated themselves needed only three dimensions; they were not fitted to the sixteen of the paper,
-which they do not reach.
+recording.  Differences between the sides and the sway of the bent body were increased once, because nearly symmetric
+and repeatable people needed only three dimensions.  They were not fitted to the sixteen dimensions of the paper, which
+they do not reach.
 
-Legend: phases tau in [0, 1] of the action; angles in radians unless said otherwise, forward and flexed positive.
+Legend: phases tau in [0, 1] of the action; angles in radians unless stated otherwise, forward and flexed positive.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 DOWN, UP = (0.10, 0.45), (0.55, 0.90)
-"""Phases in which the body goes down and comes up; otherwise it rests.  Assumed."""
+"""Phases in which the body goes down and comes up; it rests at other phases.  Assumed."""
 
 MANNERS_DEG = {
     "knee": (62.0, 28.0),
@@ -33,22 +33,26 @@ MANNERS_DEG = {
     "standing_elbows": (14.0, 6.0),
     "opened_knees": (8.0, 7.0),
 }
-"""Mean and SD between people, first of the range of each angle, then of its value in standing.  Stoops with straight
-legs, full squats and everything between occur: Burgess-Limerick 2003, Straker 2003.  Sizes assumed."""
+"""Mean and SD between people of the range of each angle, and of its value in standing.
+
+People stoop with straight legs, squat, or do anything between: Burgess-Limerick 2003, Straker 2003.  Sizes assumed."""
 
 WITHIN = 0.2
 """Standard deviation within a person, as a fraction of that between people.  Assumed."""
 
 TIMED = ("knee", "hip", "lean", "twist", "head", "arms", "elbows")
+"""Angles with separate timing."""
 TIMING_SD, SKEW_SD = 0.02, 0.15
-"""Standard deviations: of the phases at which an angle begins and ends to change; of the log power of its progress."""
+"""Standard deviations of the phases at which an angle starts and stops, and of the log exponent of its progress."""
 
 TARGET_HEIGHT, STANCE_WIDTH, FOOT_AHEAD, BALANCE = (0.10, 0.03), (0.13, 0.03), (0.0, 0.05), (0.03, 0.006)
-"""Wrists over the floor at the deepest, distance of the ankles, left ankle ahead of the right, and centre of mass
-ahead of the ankles, in statures: mean and SD between people.  Assumed."""
+"""Mean and SD between people of four lengths, in statures.  Assumed.
 
-LEAST = {"knee": 12.0, "standing_knee": 5.0, "standing_elbows": 4.0, "opened_knees": 0.0}
-"""Least angles, degrees."""
+They are the lowest height of the wrists, the distance of the ankles, the distance of the left ankle ahead of the
+right, and that of the centre of mass ahead of the ankles."""
+
+MIN_ANGLES_DEG = {"knee": 12.0, "standing_knee": 5.0, "standing_elbows": 4.0, "opened_knees": 0.0}
+"""Smallest angles, degrees."""
 
 SWAY = {
     "balance_mm": 4.0,
@@ -62,19 +66,20 @@ SWAY = {
     "left_knee": 0.020,
     "right_knee": 0.020,
 }
-"""Root mean square of the sway of the body, mm and radians; knees: outward.  Assumed."""
+"""Root mean square of the sway of the body, mm and radians; knees sway outwards.  Assumed."""
 
 SWAY_HZ, SWAY_WAVES, SWAY_BENT = (0.1, 0.7), 3, 3.0
-"""Frequencies and number of its waves, and how many times it is added in the deepest posture.  Assumed, so that angles
-vary by 2-6 degrees, as in repeated lifts (direction: Scholz 1993)."""
+"""Frequency range (Hz) and number of the sway's waves, and its amplification in the deepest posture.
+
+Assumed, so that angles vary by 2-6 degrees, as in repeated lifts (direction: Scholz 1993)."""
 
 
 @dataclass(frozen=True)
 class Manner:
-    """One person's way of bending: `angles` in radians, `timing` (7, 4) in phase, `skew` (7,) in the order of `TIMED`.
+    """A person's manner of bending.
 
-    `statures` are those of `TARGET_HEIGHT` … `BALANCE`, as fractions; `one_handed` is 0 with both hands, 1 with the
-    right one alone.
+    `angles` are in radians, `timing` (7, 4) in phase, `skew` (7,) in the order of `TIMED`.  `statures` are the values
+    of `TARGET_HEIGHT` … `BALANCE`, as fractions.  `one_handed` is 0 for both hands, and 1 for the right hand alone.
     """
 
     angles: dict[str, float]
@@ -84,20 +89,20 @@ class Manner:
     one_handed: float
 
     def progress(self, name: str, phase: np.ndarray) -> np.ndarray:
-        """Progress of an angle (F,), 0 standing to 1 at the deepest; minimum jerk down and up."""
+        """Progress of an angle (F,), from 0 in standing to 1 at the deepest; minimum jerk down and up."""
         shift = self.timing[TIMED.index(name)]
-        way = np.clip((phase - (DOWN[0] + shift[0])) / (DOWN[1] - DOWN[0] + shift[1] - shift[0]), 0.0, 1.0)
-        back = np.clip((phase - (UP[0] + shift[2])) / (UP[1] - UP[0] + shift[3] - shift[2]), 0.0, 1.0)
-        risen = (
-            ((6.0 * way - 15.0) * way + 10.0) * way**3 * (1.0 - ((6.0 * back - 15.0) * back + 10.0) * back**3)
+        down = np.clip((phase - (DOWN[0] + shift[0])) / (DOWN[1] - DOWN[0] + shift[1] - shift[0]), 0.0, 1.0)
+        up = np.clip((phase - (UP[0] + shift[2])) / (UP[1] - UP[0] + shift[3] - shift[2]), 0.0, 1.0)
+        progress = (
+            ((6.0 * down - 15.0) * down + 10.0) * down**3 * (1.0 - ((6.0 * up - 15.0) * up + 10.0) * up**3)
         )
-        return np.maximum(risen, 0.0) ** self.skew[TIMED.index(name)]
+        return np.maximum(progress, 0.0) ** self.skew[TIMED.index(name)]
 
 
 def draw_manner(rng: np.random.Generator) -> Manner:
-    """Return the manner of a person; the number of draws is the same for everyone."""
+    """Draw the manner of a person; the number of random draws is the same for all people."""
     angles = {
-        name: np.radians(max(rng.normal(mean, sd), LEAST.get(name, -np.inf)))
+        name: np.radians(max(rng.normal(mean, sd), MIN_ANGLES_DEG.get(name, -np.inf)))
         for name, (mean, sd) in MANNERS_DEG.items()
     }
     return Manner(
@@ -110,11 +115,11 @@ def draw_manner(rng: np.random.Generator) -> Manner:
 
 
 def varied(manner: Manner, rng: np.random.Generator) -> Manner:
-    """Return the manner of the same person in another performance."""
+    """Draw the manner of the same person in another performance."""
     angles = {
         name: max(
             manner.angles[name] + np.radians(WITHIN * sd) * rng.standard_normal(),
-            np.radians(LEAST.get(name, -np.inf)),
+            np.radians(MIN_ANGLES_DEG.get(name, -np.inf)),
         )
         for name, (_, sd) in MANNERS_DEG.items()
     }
@@ -129,7 +134,7 @@ def varied(manner: Manner, rng: np.random.Generator) -> Manner:
 
 
 def draw_sway(rng: np.random.Generator, times_s: np.ndarray) -> dict[str, np.ndarray]:
-    """Postural sway, each (F,): a few slow waves."""
+    """Draw the postural sway, each (F,), as a sum of slow waves."""
     size = (len(SWAY), SWAY_WAVES)
     turns = rng.uniform(*SWAY_HZ, size)[..., None] * times_s + rng.uniform(size=size)[..., None]
     waves = (rng.standard_normal(size)[..., None] * np.sin(2.0 * np.pi * turns)).sum(axis=1)

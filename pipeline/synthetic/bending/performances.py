@@ -1,9 +1,8 @@
-"""Performances of bending to the floor by people of different sizes and manners, with known timing.
+"""Synthetic performances of bending to the floor by different people, with known timing.
 
-No performance is drawn from a linear model.  Each has a body (`walkers.person`), a manner (`manner`), joint angles that
-are functions of a phase, and joints at the ends of rigid segments kept in balance (`kinematics`).  The phase is a
-smooth monotone function of time (`time_warps`), drawn for each performance: the truth that synchronization is to
-recover.
+No performance is drawn from a linear model.  Each has a body (`walkers.person`), a manner (`manner`), joint angles as
+functions of a phase, and joints at the ends of balanced rigid segments (`kinematics`).  The phase is a smooth monotone
+function of time (`time_warps`), drawn for each performance.  It is the ground truth of synchronization.
 """
 
 from __future__ import annotations
@@ -18,31 +17,31 @@ from pipeline.synthetic.bending.manner import DOWN, UP, draw_manner, draw_sway, 
 from pipeline.synthetic.walkers.person import Person, draw_person
 from pipeline.validation import require_count, require_range
 
-FRAMES_SD, LEAST_FRAMES = 0.15, 10
-"""Standard deviation of the logarithm of the durations, half of it between people."""
+FRAMES_SD, MIN_FRAMES = 0.15, 10
+"""Standard deviation of the logarithm of the durations, and smallest mean duration in frames."""
 
-PLACE_MM, FACING_SD = 500.0, np.radians(6.0)
-"""Half the range of places on the floor; standard deviation of one person's heading between performances."""
+MAX_OFFSET_MM, FACING_SD = 500.0, np.radians(6.0)
+"""Largest offset on the floor in x and y, and standard deviation of a person's heading between performances."""
 
 SUBJECT_SHARE = 0.5
-"""Share of the variance of durations and rates that is a person's own."""
+"""Share of the variance of durations and rates that is between people."""
 
 
 @dataclass(frozen=True)
 class BendingPerformances:
-    """Performances of one action with known answers.
+    """Performances of an action with ground truth.
 
     Attributes
     ----------
     positions_mm : tuple of (F_i, 15, 3) float64
-        WALKER15 order, z up, the floor at z = 0; people stand anywhere and face anywhere.
+        Joint positions in WALKER15 order, z up, the floor at z = 0, with random offsets and headings.
     phase : tuple of (F_i,) float64
         True phase of the action at each frame, 0 to 1, increasing.
     subject : (M,) int
-        Index of the performer.
+        Index of the person.
     people : tuple of S Person
     moving_phase : (float, float)
-        Approximate phases between which the body moves; before and after it stands still and the phase cannot be
+        Approximate first and last phase of the movement; at other phases the body stands still and the phase cannot be
         observed.
     """
 
@@ -63,19 +62,18 @@ def bending_performances(
     rate_spread: float = 0.3,
     marker_noise_mm: float = 0.5,
 ) -> BendingPerformances:
-    """Return performances of bending; by default forty of a hundred frames on average [mozerov2006 2].
+    """Generate performances of bending; by default forty, of a hundred frames on average [mozerov2006 2].
 
     Parameters
     ----------
     generator : numpy.random.Generator
-        One number is drawn from it, which seeds a generator for each subject and performance: the first
-        performances stay the same when more are asked for.
+        Generator of a seed for each subject and performance; the first performances do not depend on their number.
     performances : int
-        Their number; the subjects take turns.
+        Number of performances; the subjects alternate.
     subjects : int
-        Their number; women and men alternate.
+        Number of subjects; women and men alternate.
     frames_mean : float
-        Frames of a performance of mean duration.
+        Mean number of frames of a performance.
     frame_rate_hz : float
     rate_spread : float
         Standard deviation of the logarithm of the rate within a performance; 0 is a constant rate.
@@ -85,8 +83,8 @@ def bending_performances(
     Raises
     ------
     InvalidInput
-        If there are no performances or subjects, under ten frames on average, a rate that is not positive, or a
-        negative spread or noise.
+        If a number is below 1, the mean duration is below ten frames, the rate is not positive, or a spread or the
+        noise is negative.
 
     Examples
     --------
@@ -96,7 +94,7 @@ def bending_performances(
     """
     require_count("performances", performances)
     require_count("subjects", subjects)
-    require_range("frames_mean", frames_mean, at_least=LEAST_FRAMES)
+    require_range("frames_mean", frames_mean, at_least=MIN_FRAMES)
     require_range("frame_rate_hz", frame_rate_hz, above=0)
     require_range("rate_spread", rate_spread, at_least=0)
     require_range("marker_noise_mm", marker_noise_mm, at_least=0)
@@ -122,10 +120,10 @@ def bending_performances(
         seeds = np.random.SeedSequence(entropy, spawn_key=(1, number)).spawn(3)
         style, pace, noise = (np.random.default_rng(seed) for seed in seeds)
         slower, waves = pacing[subject]
-        others = np.sqrt(1.0 - SUBJECT_SHARE)
-        slower = slower + others * FRAMES_SD * pace.standard_normal() - FRAMES_SD**2 / 2.0
-        frames = max(round(frames_mean * np.exp(slower)), LEAST_FRAMES // 2)
-        waves = waves + others * time_warps.draw_waves(pace, rate_spread)
+        performance_share = np.sqrt(1.0 - SUBJECT_SHARE)
+        slower = slower + performance_share * FRAMES_SD * pace.standard_normal() - FRAMES_SD**2 / 2.0
+        frames = max(round(frames_mean * np.exp(slower)), MIN_FRAMES // 2)
+        waves = waves + performance_share * time_warps.draw_waves(pace, rate_spread)
         phase = time_warps.warp(waves, frames)
         manner = varied(manners[subject], style)
         sway = draw_sway(style, np.arange(frames) / frame_rate_hz)
@@ -143,7 +141,7 @@ def bending_performances(
 
 
 def _placed(joints: np.ndarray, yaw: float, rng: np.random.Generator) -> np.ndarray:
-    """Return joints (F, 15, 3) turned about the vertical and moved to a random place on the floor."""
+    """Rotate joints (F, 15, 3) about the vertical, and shift them by a random offset on the floor."""
     cos, sin = np.cos(yaw), np.sin(yaw)
     turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
-    return joints @ turn.T + [*rng.uniform(-PLACE_MM, PLACE_MM, 2), 0.0]
+    return joints @ turn.T + [*rng.uniform(-MAX_OFFSET_MM, MAX_OFFSET_MM, 2), 0.0]

@@ -1,8 +1,8 @@
-"""Smooth monotone time warps with a known answer: performances that speed up and slow down [mozerov2006 8, 9].
+"""Random smooth monotone time warps: performances that speed up and slow down [mozerov2006 8, 9].
 
 A warp is a phase w(x) in [0, 1] of the relative time x in [0, 1]: w(0) = 0, w(1) = 1, increasing.  Its rate is the
-exponential of a few slow waves, hence positive and as likely doubled as halved; unlike in [mozerov2006 13] it is not
-bounded by 2.
+exponential of a few slow waves, so that it is positive and as likely doubled as halved.  Unlike in [mozerov2006 13],
+it is not bounded by 2.
 """
 
 from __future__ import annotations
@@ -10,13 +10,13 @@ from __future__ import annotations
 import numpy as np
 
 WAVES = 4
-"""Number of half periods within a performance; the k-th has 1/k of the standard deviation of the first."""
+"""Number of waves; the k-th has k half periods within a performance, and 1/k of the first's standard deviation."""
 
 _GRID = 2001
 
 
 def draw_waves(generator: np.random.Generator, spread: float) -> np.ndarray:
-    """Return amplitudes (2, K) of the cosine and sine waves of the logarithm of a rate.
+    """Draw amplitudes (2, K) of the cosine and sine waves of the logarithm of a rate.
 
     Parameters
     ----------
@@ -29,12 +29,12 @@ def draw_waves(generator: np.random.Generator, spread: float) -> np.ndarray:
 
 
 def warp(waves: np.ndarray, frames: int) -> np.ndarray:
-    """Return the phase (F,), in [0, 1], at equally spaced instants, both ends included.
+    """Return the phase (F,), in [0, 1], at equally spaced times from the start to the end.
 
     Parameters
     ----------
     waves : (2, K)
-        Amplitudes from `draw_waves`; those of a person and of a performance are added.
+        Amplitudes from `draw_waves`, or a sum of such amplitudes.
     frames : int
     """
     x = np.linspace(0.0, 1.0, _GRID)

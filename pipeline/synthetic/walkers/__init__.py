@@ -1,7 +1,7 @@
-"""A population of walkers on a treadmill from bodies, joint angles and strides; no positions are drawn.
+"""Synthetic population of walkers on a treadmill, from bodies, joint angles and strides.
 
-`walking_population` makes it, with the true stature, speed and stride frequency of every walker; `members` and `walker`
-make one after the other.
+`walking_population` generates all walkers, with true stature, speed and stride frequency.  `members` and `walker`
+generate them one by one.
 """
 
 from pipeline.synthetic.walkers.population import (

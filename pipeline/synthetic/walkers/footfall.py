@@ -1,4 +1,4 @@
-"""Contact of the feet: the rolling foot, the weight on each leg, and angles that keep the feet on floor and belt.
+"""Contact of the feet: the rolling foot, the weight on each leg, and the correction that keeps feet on the belt.
 
 Legend: e thigh elevation, k knee flexion, l1 thigh, l2 shank.  Arrays are (space, side, frame); sides are
 ordered left, right; phases (side, frame) are in cycles, 0 at a leg's own contact.
@@ -22,10 +22,10 @@ _FOOT_PITCH = PchipInterpolator(norm.FOOT_PHASES, np.radians(norm.FOOT_PITCH_DEG
 
 
 def rolling_foot(person: Person, phase: np.ndarray, gains: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Place of the ankle ahead of that over a flat foot, and its height: two arrays like `phase`, mm."""
+    """Position of the ankle ahead of that over a flat foot, and its height: two arrays like `phase`, mm."""
     pitch = _FOOT_PITCH(phase % 1.0)
     pitch = pitch * np.where(pitch > 0, gains[0], gains[1])
-    # The foot turns about the heel while the toes are up, about the ball while the heel is up.
+    # The foot rotates about the heel while the toes are up, and about the ball while the heel is up.
     pivot = person.body.stature * np.where(pitch > 0, -body.FOOT_HEEL, body.FOOT_BALL)
     height = person.body.stature * body.SEGMENTS["ankle_height"]
     sin, cos = np.sin(pitch), np.cos(pitch)
@@ -33,7 +33,7 @@ def rolling_foot(person: Person, phase: np.ndarray, gains: np.ndarray) -> tuple[
 
 
 def weight_shares(phase: np.ndarray) -> np.ndarray:
-    """Return the share of the body's weight on each leg, (2, T), which sum to one."""
+    """Shares of body weight on the two legs, (2, T), with sum one."""
     within = phase % 1.0
     handover = norm.TOE_OFF - 0.5
     share = np.clip(np.minimum(within, norm.TOE_OFF - within) / handover, 0.0, 1.0)
@@ -42,12 +42,13 @@ def weight_shares(phase: np.ndarray) -> np.ndarray:
 
 
 def keep_to_floor(person: Person) -> Person:
-    """Return the nearest person whose feet stay on the floor and move with the belt.
+    """Return the most similar person whose feet stay on the floor and move with the belt.
 
-    Angles that are drawn independently do not.  Gauss–Newton least squares adjusts the landmark values of thigh and
-    knee, the scale of the thigh's excursion (which sets the stride length), the foot's excursions, and the surge and
-    bob of the pelvis, each in units of its standard deviation, until the standing ankles are where a foot that rolls
-    on the belt puts them.
+    Independently drawn angles do not satisfy this.  Gauss–Newton least squares adjusts the landmark values of thigh and
+    knee, the scale of the thigh's excursion, the excursions of the foot, and the surge and bob of the pelvis.  The
+    scale of the thigh's excursion sets the stride length.  Each change is in units of its standard deviation.  In the
+    result, the ankles in stance are where a
+    foot that rolls on the belt puts them.
     """
     stance = np.linspace(0.0, norm.FLOOR_UNTIL, 24)
     belt = person.speed / person.frequency * stance
@@ -56,13 +57,15 @@ def keep_to_floor(person: Person) -> Person:
     thigh_basis, knee_basis = (person.basis(name, stance) for name in ("thigh", "knee"))
     centre = thigh.mean(axis=1)
     sizes = [thigh.shape[1]] * 2 + [knee.shape[1]] * 2 + [1, 2, 2, 4, 1, 6]
-    *four, scale, gains, places, surge, level, bob = (
+    *angles, scale, gains, footholds, surge, level, bob = (
         slice(end - size, end) for size, end in zip(sizes, np.cumsum(sizes), strict=True)
     )
-    thighs, knees = four[:2], four[2:]
+    thighs, knees = angles[:2], angles[2:]
     expected = np.zeros(sum(sizes))
     expected[surge] = norm.SURGE_MM
-    sd = np.full(expected.size, person.body.stature)  # places on the belt and the pelvis's level are free
+    sd = np.full(
+        expected.size, person.body.stature
+    )  # footholds on the belt and the level of the pelvis are free
     sd[: knees[0].start] = np.radians(norm.CORRECTION_SD_DEG["thigh"])
     sd[knees[0].start : scale.start] = np.radians(norm.CORRECTION_SD_DEG["knee"])
     sd[scale], sd[gains] = norm.CORRECTION_SCALE_SD, norm.FOOT_GAIN_CV
@@ -79,18 +82,18 @@ def keep_to_floor(person: Person) -> Person:
     for _ in range(4):
         factor = person.foot_gains * (1.0 + x[gains])
         foot = rolling_foot(person, stance, factor)
-        more = [rolling_foot(person, stance, factor + _STEP * one) for one in np.eye(2)]
+        shifted = [rolling_foot(person, stance, factor + _STEP * unit) for unit in np.eye(2)]
         jacobian, residual = [np.diag(1.0 / sd)], [(x - expected) / sd]
         for side, waves, hip, across in sides:
-            own = thigh_basis @ (thigh[side] - centre[side])
-            e = centre[side] + (1.0 + x[scale]) * own + thigh_basis @ x[thighs[side]]
+            excursion = thigh_basis @ (thigh[side] - centre[side])
+            e = centre[side] + (1.0 + x[scale]) * excursion + thigh_basis @ x[thighs[side]]
             free = knee_basis @ (knee[side] + x[knees[side]])
             k = norm.stopped(free, norm.KNEE_STOP_DEG)
             slope = (norm.stopped(free + _STEP, norm.KNEE_STOP_DEG) - k) / _STEP
             l1, l2 = person.body.thigh[side], person.body.shank[side]
             reach, length = l1 * np.sin(e) + l2 * np.sin(e - k), l1 * np.cos(e) + l2 * np.cos(e - k)
             upright = np.sqrt(1.0 - (across / length) ** 2)
-            ahead = x[surge] @ waves[:, :4].T + belt - x[places][side] + hip[1] + reach - foot[0]
+            ahead = x[surge] @ waves[:, :4].T + belt - x[footholds][side] + hip[1] + reach - foot[0]
             above = x[level] + waves @ x[bob] + hip[2] - length * upright - foot[1]
             slopes = (length, -l2 * np.cos(e - k)), (reach * upright, -l2 * np.sin(e - k) * upright)
             for direction, (error, (by_thigh, by_knee)) in enumerate(
@@ -98,12 +101,12 @@ def keep_to_floor(person: Person) -> Person:
             ):
                 rows = np.zeros((stance.size, x.size))
                 rows[:, thighs[side]] = by_thigh[:, None] * thigh_basis
-                rows[:, scale] = (by_thigh * own)[:, None]
+                rows[:, scale] = (by_thigh * excursion)[:, None]
                 rows[:, knees[side]] = (by_knee * slope)[:, None] * knee_basis
-                rows[:, gains] = np.stack([foot[direction] - m[direction] for m in more], axis=1)
+                rows[:, gains] = np.stack([foot[direction] - s[direction] for s in shifted], axis=1)
                 rows[:, gains] *= person.foot_gains / _STEP
                 if direction == 0:
-                    rows[:, surge], rows[:, places.start + side] = waves[:, :4], -1.0
+                    rows[:, surge], rows[:, footholds.start + side] = waves[:, :4], -1.0
                 else:
                     rows[:, bob], rows[:, level] = waves, 1.0
                 jacobian.append(rows / norm.FLOOR_SD_MM)
@@ -111,9 +114,9 @@ def keep_to_floor(person: Person) -> Person:
         j = np.vstack(jacobian)
         x -= np.linalg.solve(j.T @ j, j.T @ np.concatenate(residual))
 
-    moved = {
+    corrected = {
         "thigh": centre[:, None] + (1.0 + x[scale]) * (thigh - centre[:, None]) + [x[s] for s in thighs],
         "knee": knee + [x[s] for s in knees],
     }
-    manner = {n: replace(m, values=moved.get(n, m.values)) for n, m in person.manner.items()}
+    manner = {n: replace(m, values=corrected.get(n, m.values)) for n, m in person.manner.items()}
     return replace(person, manner=manner, foot_gains=person.foot_gains * (1.0 + x[gains]))

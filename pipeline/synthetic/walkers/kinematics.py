@@ -1,4 +1,4 @@
-"""Joint centres from joint angles: a chain of rigid segments that stands on a belt.
+"""Joint centres from joint angles, for a chain of rigid segments that stands on a belt.
 
 Legend: arrays are (space, side, frame) until the last line of `walk`; sides are ordered left, right.
 """
@@ -16,10 +16,10 @@ from pipeline.synthetic.walkers.strides import Strides
 
 
 def walk(person: Person, strides: Strides, frame_rate_hz: float) -> np.ndarray:
-    """Return joint centres of a walk, (T, 15, 3) mm, in WALKER15 order, the floor at z = 0."""
+    """Joint centres of a walk, (T, 15, 3) mm, in WALKER15 order, with the floor at z = 0."""
     phase, gains = strides.phase, strides.gains
 
-    # Legs: angles first, in each leg's own plane.
+    # Legs: angles first, in the plane of each leg.
     thigh = person.curve("thigh", phase, gains["thigh"])
     knee = norm.stopped(person.curve("knee", phase, gains["knee"]), norm.KNEE_STOP_DEG)
     reach = person.body.thigh * np.sin(thigh) + person.body.shank * np.sin(thigh - knee)
@@ -36,8 +36,8 @@ def walk(person: Person, strides: Strides, frame_rate_hz: float) -> np.ndarray:
     height = (weights * (ankle_height + length * np.cos(lean) - hips[2])).sum(axis=0)
     between = (weights[:, 1:] + weights[:, :-1]) / 2.0
     steps = (between * np.diff(shift - hips[1] - reach, axis=1)).sum(axis=0) - person.speed / frame_rate_hz
-    kept = 1.0 - 1.0 / (frame_rate_hz * norm.BELT_RETURN_S)
-    surge = np.array(list(accumulate(steps.tolist(), lambda drift, step: kept * drift + step, initial=0.0)))
+    decay = 1.0 - 1.0 / (frame_rate_hz * norm.BELT_RETURN_S)
+    surge = np.array(list(accumulate(steps.tolist(), lambda drift, step: decay * drift + step, initial=0.0)))
     pelvis = np.stack([sway + strides.lane, surge, height])
 
     hips = pelvis[:, None] + hips
@@ -60,8 +60,8 @@ def walk(person: Person, strides: Strides, frame_rate_hz: float) -> np.ndarray:
 
 
 def _knees(person: Person, thigh: np.ndarray, knee: np.ndarray, lean: np.ndarray) -> np.ndarray:
-    """Return knees relative to their hips, (3, 2, T) mm: forward of the line hip–ankle, turned out about it."""
-    # In the leg's plane: how far the thigh is turned from the line hip–ankle.
+    """Knees relative to the hips, (3, 2, T) mm: in front of the line hip–ankle, turned out about it."""
+    # Angle between the thigh and the line hip–ankle, in the plane of the leg.
     bend = np.arctan2(person.body.shank * np.sin(knee), person.body.thigh + person.body.shank * np.cos(knee))
     inclination = thigh - bend
     sin, cos = np.sin(inclination), np.cos(inclination)
@@ -93,7 +93,7 @@ def _upper_body(
 def _arms(
     person: Person, phase: np.ndarray, gain: np.ndarray, yaw: np.ndarray, shoulders: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return elbows and wrists, each (3, 2, T) mm, which swing in planes that turn with the thorax."""
+    """Return elbows and wrists, each (3, 2, T) mm; the arms swing in planes that rotate with the thorax."""
     swing = person.curve("upper_arm", phase, gain)
     bend = norm.stopped(person.curve("elbow", phase, gain), norm.ELBOW_STOP_DEG)
     still = np.zeros_like(yaw)

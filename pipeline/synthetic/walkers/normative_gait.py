@@ -1,19 +1,19 @@
-"""Published means and standard deviations of gait: speed, rhythm and joint angles, each with its source.
+"""Published means and standard deviations of speed, rhythm and joint angles in gait, with sources.
 
-Synthetic walkers use these numbers and those of `core.anthropometry`.  Each is marked with a grade of support:
+Synthetic walkers use these numbers and those of `core.anthropometry`.  Each number has a grade of support:
 
 - *published*: a mean or standard deviation printed in the source;
 - *read*: a landmark of a plotted curve, or an order of magnitude from the text, correct to about two degrees and two
   hundredths of a cycle; not digitised;
-- *assumed*: the source gives the direction only; the number is ours.
+- *assumed*: the source gives only the direction; the number is ours.
 
-A tick ✓ marks a number checked in the source; the others are as commonly quoted.  None was chosen by the outcome of
-the linear model or of a Fourier fit.
+A tick ✓ marks a number that was checked in the source; the others are as commonly quoted.  No number was chosen by the
+results of the linear model or of a Fourier fit.
 
 Legend
 ------
-Phases are fractions of a leg's own cycle, 0 at its initial contact; angles in degrees; lengths as fractions
-of stature H unless said otherwise.  Forward, upward and flexed are positive.
+Phases are fractions of the cycle of the same leg, 0 at its initial contact; angles in degrees; lengths as fractions
+of stature H unless stated otherwise.  Forward, upward and flexed are positive.
 
 Sources
 -------
@@ -47,13 +47,13 @@ class Spread:
     Attributes
     ----------
     offset_deg : float
-        The whole curve up or down: on both sides alike, or to one side where the curve is `opposed`.
+        Shift of the complete curve: equal on both sides, or to one side if the curve is `opposed`.
     gain : float
-        Excursion about the middle, as a fraction.
+        Relative change of the excursion about the mean.
     shape_deg, side_deg : float
-        Each landmark by itself: on both sides alike, and left against right.
+        Change of each landmark: equal on both sides, and left against right.
     timing : float
-        Earlier or later, in cycles.
+        Shift in time, in cycles.
     """
 
     offset_deg: float
@@ -65,15 +65,15 @@ class Spread:
 
 @dataclass(frozen=True)
 class NormativeCurve:
-    """A periodic angle through published landmarks.
+    """Periodic curve of an angle through published landmarks.
 
     Attributes
     ----------
     phases, mean_deg : tuple of float
-        Landmarks: fractions of the cycle in [0, 1), and the angle there.
+        Landmarks: fractions of the cycle in [0, 1), and angles.
     spread : Spread
     opposed : bool
-        Whether the body part turns by half of (right − left): it then changes sign when the sides do.
+        True if the angle of the body part is half of (right − left), which changes sign when the sides are exchanged.
     """
 
     phases: tuple[float, ...]
@@ -83,7 +83,7 @@ class NormativeCurve:
 
     @cached_property
     def basis(self) -> CubicSpline:
-        """Periodic cubic spline whose values times the landmark values are the curve: (…,) → (…, n)."""
+        """Periodic cubic spline of the weights of the landmark values: (…,) → (…, n)."""
         knots = np.append(self.phases, self.phases[0] + 1.0)
         cardinal = np.eye(len(self.phases))
         return CubicSpline(knots, np.vstack([cardinal, cardinal[:1]]), bc_type="periodic")
@@ -92,32 +92,41 @@ class NormativeCurve:
 # --- speed and rhythm -------------------------------------------------------------------------------------
 
 DIMENSIONLESS_SPEED = (0.42, 0.042)
-"""v / √(g · leg length).  Read: Alexander 1984 scaling; comfortable on a belt about a tenth below the
-overground 0.45 (Dal et al. 2010); spread of a tenth, Öberg et al. 1993."""
+"""Mean and SD of the dimensionless speed v / √(g · leg length).
+
+Read: Alexander 1984 scaling; comfortable on a belt about a tenth below the overground 0.45 (Dal et al. 2010); spread of
+a tenth, Öberg et al. 1993."""
 
 STRIDES_PER_MINUTE, SPEED_EXPONENT, FREQUENCY_CV = 64.8, 0.57, 0.03
-"""f = 64.8 (v/H)^0.57 strides a minute, v/H in statures a second.  Published: Grieve & Gear 1966.
-Spread at equal speed: what Öberg et al. 1993 leave (6–7 % in all, 6 % of it from speed and stature)."""
+"""Stride frequency f = 64.8 (v/H)^0.57 strides per minute, v/H in statures per second.
+
+Published: Grieve & Gear 1966.  The spread at equal speed is the remainder in Öberg et al. 1993 (6–7 % in total, 6 %
+of it from speed and stature)."""
 
 TOE_OFF = 0.62
-"""End of stance.  Published: Murray et al. 1964; Perry 1992."""
+"""Phase of the end of stance.  Published: Murray et al. 1964; Perry 1992."""
 
 STEP_TIME_ASYMMETRY_SD = 0.006
-"""Right contact less half a cycle after the left one, cycles.  Read: Sadeghi et al. 2000 (a few percent of
-step time)."""
+"""SD of the delay of the right contact beyond half a cycle after the left contact, in cycles.
+
+Read: Sadeghi et al. 2000 (a few percent of step time)."""
 
 STRIDE_TIME_CV, STRIDE_MEMORY = 0.017, 0.5
-"""Published range 1–2 %; successive strides are correlated.  Hausdorff et al. 1995; Hausdorff 2007."""
+"""Coefficient of variation of the stride time, and correlation of successive strides.
+
+The published range is 1–2 %: Hausdorff et al. 1995; Hausdorff 2007."""
 
 STRIDE_GAIN_CV = {"leg": 0.02, "arm": 0.06, "trunk": 0.08}
 """Stride-to-stride spread of excursions.  Legs: Winter 1991 (within-subject 1–2°).  Others assumed."""
 
-STEP_WIDTH_MM, STEP_WIDTH_SD_MM, STEP_WIDTH_LEAST_MM = 115.0, 25.0, 55.0
+STEP_WIDTH_MM, STEP_WIDTH_SD_MM, STEP_WIDTH_MIN_MM = 115.0, 25.0, 55.0
 FOOT_PLACEMENT_SD_MM = 12.0
-"""Distance of the ankles' lines; stride-to-stride SD of one foot.  Read: Owings & Grabiner 2004."""
+"""Mean, SD and smallest distance of the ankles' lines, and stride-to-stride SD of a foot.
+
+Read: Owings & Grabiner 2004."""
 
 BELT_WANDER_SD_MM, BELT_WANDER_MEMORY, BELT_RETURN_S = 8.0, 0.9, 3.0
-"""Slow sideways wandering, and the time in which a walker makes good a drift along the belt.  Assumed."""
+"""SD and memory of the slow sideways wandering, and the time in which a drift along the belt is corrected.  Assumed."""
 
 # --- angles: legs -----------------------------------------------------------------------------------------
 
@@ -126,44 +135,50 @@ THIGH = NormativeCurve(
     (23.5, 19.0, 10.0, 1.0, -11.0, -17.5, -10.0, 13.0, 25.0, 25.0),
     Spread(offset_deg=2.5, gain=0.0, shape_deg=1.2, side_deg=0.6, timing=0.006),
 )
-"""Thigh from the vertical: hip flexion less pelvic tilt (tilting about the hip axis moves no joint).
-Read: Perry 1992; Kadaba et al. 1990 (hip flexion 35° at contact, −7° at 52 %, tilt 11–12°).  Its excursion
-is then scaled so that the stride fits the belt, hence no spread of gain."""
+"""Thigh from the vertical: hip flexion minus pelvic tilt (a tilt about the hip axis moves no joint).
+
+Read: Perry 1992; Kadaba et al. 1990 (hip flexion 35° at contact, −7° at 52 %, tilt 11–12°).  The excursion is scaled so
+that the stride fits the belt, and therefore has no spread of gain."""
 
 KNEE = NormativeCurve(
     (0.0, 0.14, 0.27, 0.40, 0.51, 0.61, 0.72, 0.84, 0.95),
     (5.0, 18.0, 10.5, 5.0, 12.0, 37.0, 61.0, 34.0, 4.0),
     Spread(offset_deg=2.5, gain=0.05, shape_deg=2.0, side_deg=1.0, timing=0.006),
 )
-"""Knee flexion.  Read: Perry 1992; Winter 1991; Kadaba et al. 1990; SD 4–6° between people there."""
+"""Knee flexion.  Read: Perry 1992; Winter 1991; Kadaba et al. 1990, with an SD of 4–6° between people."""
 
 FLOOR_UNTIL, FLOOR_SD_MM = 0.58, 2.0
 CORRECTION_SD_DEG = {"thigh": 2.0, "knee": 3.0}
 CORRECTION_SCALE_SD = 0.3
 SURGE_MM, SURGE_SD_MM = (0.0, 0.0, 9.7, -2.4), 4.0
 BOB_SD_MM = (4.0, 4.0, 25.0, 25.0, 4.0, 4.0)
-"""Adjustment of a drawn person to the floor: the phase until which the foot turns about ball or heel (then the toes
-bend), the tolerance, and the standard deviations of the landmarks' corrections: assumed.  Surge of the pelvis on the
-belt: sine and cosine of the first and second harmonic of the stride, 10 mm in the second, fastest just after each
-contact; read: Winter 1991 (forward velocity ±0.1 m/s).  Bob: spread of harmonics 1, 2 and 4; the second, two
-to a stride, is left to the legs."""
+"""Adjustment of a drawn person to the floor.
+
+Floor: last phase at which the foot rotates about ball or heel (then the toes bend), and tolerance.  Corrections:
+standard deviations of the landmarks.  All are assumed.  Surge of the pelvis on the belt: sine and cosine of the first
+and second harmonic of the stride, 10 mm in the second, fastest just after each contact.  Read: Winter 1991 (forward
+velocity ±0.1 m/s).  Bob: spread of harmonics 1, 2 and 4; the second, twice per stride, is determined by the legs."""
 
 KNEE_STOP_DEG, ELBOW_STOP_DEG, STOP_SOFTNESS_DEG = -2.0, 2.0, 1.5
-"""Extension ends smoothly here (capsule, olecranon).  Assumed, within the norm of a few degrees."""
+"""Angles at which extension ends (capsule, olecranon), and smoothness of the end.
+
+Assumed, within the norm of a few degrees."""
 
 FOOT_PHASES = (0.0, 0.08, 0.33, 0.42, 0.50, 0.56, 0.62, 0.72, 0.88, 1.0)
 FOOT_PITCH_DEG = (20.0, 0.0, 0.0, -8.0, -22.0, -40.0, -60.0, -45.0, 8.0, 20.0)
 FOOT_GAIN_CV = 0.12
-"""Foot from the floor, toes up positive: heel contact, flat, heel off at a third, push-off.  Read: Winter
-1991.  Monotone between landmarks, so that the foot lies flat; spread read there too."""
+"""Pitch of the foot, toes up positive: heel contact, flat, heel off at a third, push-off.
+
+Read, with its spread: Winter 1991.  The curve is monotone between landmarks, so that the foot lies flat."""
 
 KNEE_TURNED_OUT_DEG = (4.0, 5.0)
-"""The leg's plane, turned out about the line hip–ankle: mean and SD.  Read: Murray et al. 1964 (feet turned
-out by 6.7°; half of it in the thigh assumed)."""
+"""Outward rotation of the leg's plane about the line hip–ankle: mean and SD.
+
+Read: Murray et al. 1964 (feet turned out by 6.7°; half of it in the thigh is assumed)."""
 
 # --- angles: pelvis and trunk -----------------------------------------------------------------------------
-# One side's curve; the body part's is half of (right − left) if opposed, else the mean of the sides.
-# Spread of posture (`offset_deg`) assumed throughout.
+# Curves of one side; the angle of the body part is half of (right − left) if opposed, else the mean of the sides.
+# The spread of posture (`offset_deg`) is assumed throughout.
 
 PELVIC_ROTATION = NormativeCurve(
     (0.0, 0.10, 0.30, 0.50, 0.60, 0.80),
@@ -171,7 +186,7 @@ PELVIC_ROTATION = NormativeCurve(
     Spread(offset_deg=2.0, gain=0.35, shape_deg=0.5, side_deg=0.5, timing=0.02),
     opposed=True,
 )
-"""Own side forward.  Read: Kadaba et al. 1990; Perry 1992 (5° each way)."""
+"""Rotation of the pelvis, own side forward.  Read: Kadaba et al. 1990; Perry 1992 (5° each way)."""
 
 PELVIC_OBLIQUITY = NormativeCurve(
     (0.0, 0.14, 0.30, 0.50, 0.64, 0.80),
@@ -179,10 +194,12 @@ PELVIC_OBLIQUITY = NormativeCurve(
     Spread(offset_deg=0.7, gain=0.40, shape_deg=0.4, side_deg=0.4, timing=0.015),
     opposed=True,
 )
-"""Own side up.  Shape read: Kadaba et al. 1990."""
+"""Obliquity of the pelvis, own side up.  Shape read: Kadaba et al. 1990."""
 
 PELVIC_OBLIQUITY_BY_SEX = {True: 7.4 / 8.4, False: 9.4 / 8.4}
-"""Range 7.4° (SD 3.4) in men, 9.4° (3.5) in women ✓, over the curve's 8.4°.  Published: Smith et al. 2002."""
+"""Factors on pelvic obliquity: 7.4° (SD 3.4) in men (True), 9.4° (3.5) in women ✓, relative to the curve's 8.4°.
+
+Published: Smith et al. 2002."""
 
 PELVIC_SWAY = NormativeCurve(
     (0.06, 0.17, 0.31, 0.45, 0.56, 0.67, 0.81, 0.95),
@@ -190,12 +207,14 @@ PELVIC_SWAY = NormativeCurve(
     Spread(offset_deg=0.0, gain=0.0, shape_deg=0.06, side_deg=0.03, timing=0.01),
     opposed=True,
 )
-"""Towards the own side, in units of `SWAY_MM`: over the standing foot in mid-stance.  Read: Orendurff et al.
-2004 (timing)."""
+"""Sideways motion of the pelvis to the own side, in units of `SWAY_MM`: over the standing foot in mid-stance.
+
+Read: Orendurff et al. 2004 (timing)."""
 
 SWAY_MM = (22.0, 5.0)
-"""Half the sideways excursion.  Published: Saunders et al. 1953 (about 45 mm in all); spread read from
-Orendurff et al. 2004."""
+"""Half the sideways excursion of the pelvis, mean and SD.
+
+Published: Saunders et al. 1953 (about 45 mm in all); spread read from Orendurff et al. 2004."""
 
 THORAX_ROTATION = NormativeCurve(
     (0.02, 0.14, 0.33, 0.52, 0.64, 0.83),
@@ -203,7 +222,7 @@ THORAX_ROTATION = NormativeCurve(
     Spread(offset_deg=2.0, gain=0.35, shape_deg=0.4, side_deg=0.4, timing=0.03),
     opposed=True,
 )
-"""Own side forward: against the pelvis.  Read: Murray et al. 1967 (7° in all)."""
+"""Rotation of the thorax, own side forward, opposite to the pelvis.  Read: Murray et al. 1967 (7° in all)."""
 
 THORAX_OBLIQUITY = NormativeCurve(
     (0.05, 0.18, 0.35, 0.55, 0.68, 0.85),
@@ -211,7 +230,7 @@ THORAX_OBLIQUITY = NormativeCurve(
     Spread(offset_deg=1.0, gain=0.40, shape_deg=0.3, side_deg=0.3, timing=0.02),
     opposed=True,
 )
-"""Own shoulder up: against the pelvis.  Read: Crosbie et al. 1997."""
+"""Obliquity of the thorax, own shoulder up, opposite to the pelvis.  Read: Crosbie et al. 1997."""
 
 TRUNK_SWAY = NormativeCurve(
     (0.06, 0.17, 0.31, 0.45, 0.56, 0.67, 0.81, 0.95),
@@ -219,27 +238,30 @@ TRUNK_SWAY = NormativeCurve(
     Spread(offset_deg=0.7, gain=0.60, shape_deg=0.15, side_deg=0.1, timing=0.03),
     opposed=True,
 )
-"""Lean to the own side, of the line from hips to sternum.  Read: Thorstensson et al. 1984."""
+"""Lean of the line from hips to sternum to the own side.  Read: Thorstensson et al. 1984."""
 
 TRUNK_SWAY_BY_SEX = {True: 0.9, False: 0.5}
-"""Mean 0.7°, so that with the pelvis's sway the head moves some 60 mm from side to side (read: Murray et al.
-1964, 59 mm).  Men sway more above, women roll more below: direction, Mather & Murdoch 1994; Bruening et al.
-2015 ✓; size assumed."""
+"""Factors on the trunk's sway in men (True) and women.
+
+With their mean of 0.7 and the sway of the pelvis, the head moves about 60 mm from side to side (read: Murray et al.
+1964, 59 mm).  Men sway more in the trunk, women roll more in the pelvis: direction, Mather & Murdoch 1994; Bruening
+et al. 2015 ✓; size assumed."""
 
 TRUNK_LEAN = NormativeCurve(
     (0.0, 0.12, 0.25, 0.38, 0.50, 0.62, 0.75, 0.88),
     (2.9, 2.7, 1.5, 1.3, 2.9, 2.7, 1.5, 1.3),
     Spread(offset_deg=2.5, gain=0.35, shape_deg=0.2, side_deg=0.1, timing=0.02),
 )
-"""Forward, of the line from hips to sternum; most near each contact.  Read: Thorstensson et al. 1984."""
+"""Forward lean of the line from hips to sternum, largest near each contact.  Read: Thorstensson et al. 1984."""
 
 HEAD_LEAN = NormativeCurve(
     (0.0, 0.12, 0.25, 0.38, 0.50, 0.62, 0.75, 0.88),
     (7.0, 7.6, 9.0, 8.4, 7.0, 7.6, 9.0, 8.4),
     Spread(offset_deg=5.0, gain=0.40, shape_deg=0.3, side_deg=0.15, timing=0.03),
 )
-"""Forward, of the line from sternum to head; it nods down as the body rises.  Read: Hirasaki et al. 1999;
-mean and spread of posture assumed."""
+"""Forward lean of the line from sternum to head, which nods down as the body rises.
+
+Read: Hirasaki et al. 1999; mean and spread of posture assumed."""
 
 # --- angles: arms -----------------------------------------------------------------------------------------
 
@@ -248,7 +270,8 @@ UPPER_ARM = NormativeCurve(
     (-20.0, -15.5, -4.5, 5.0, 9.5, 4.5, -6.0, -15.5),
     Spread(offset_deg=4.0, gain=0.35, shape_deg=1.0, side_deg=2.0, timing=0.02),
 )
-"""Upper arm from the vertical, forward positive, on the cycle of the same side's leg: back at its contact.
+"""Upper arm from the vertical, forward positive, in the cycle of the leg on the same side: backward at its contact.
+
 Read: Murray et al. 1967 (arc about 30°)."""
 
 ELBOW = NormativeCurve(
@@ -259,12 +282,15 @@ ELBOW = NormativeCurve(
 """Elbow flexion.  Read: Murray et al. 1967; Perry 1992."""
 
 ARM_SPEED_REFERENCE = 0.45
-"""Arm swing grows with speed, in proportion here; the curves are those of the overground dimensionless speed.
-Direction: Murray et al. 1967.  Proportion assumed."""
+"""Dimensionless overground speed of the arm curves; arm swing is proportional to speed.
+
+Direction: Murray et al. 1967.  Proportionality assumed."""
 
 ARM_ABDUCTION_DEG = {True: (10.0, 3.0), False: (8.0, 3.0)}
 FOREARM_TURNED_IN_DEG = (18.0, 10.0)
-"""Mean and SD.  Men hold the elbows wider (Troje 2002).  Sizes assumed."""
+"""Mean and SD of arm abduction in men (True) and women, and of the inward turn of the forearm.
+
+Men hold the elbows wider (Troje 2002).  Sizes assumed."""
 
 CURVES = {
     "thigh": THIGH,
@@ -283,6 +309,6 @@ CURVES = {
 
 
 def stopped(angle: np.ndarray, stop_deg: float) -> np.ndarray:
-    """Flexion that ends smoothly at a joint's stop, radians."""
+    """Clamp a flexion angle smoothly at the stop of a joint, radians."""
     stop, soft = np.radians(stop_deg), np.radians(STOP_SOFTNESS_DEG)
     return stop + soft * np.logaddexp(0.0, (angle - stop) / soft)

@@ -1,4 +1,4 @@
-"""A walker drawn from published distributions: body, pace and joint angles.
+"""Walkers drawn from published distributions of body, pace and joint angles.
 
 The numbers are in `core.anthropometry` (bodies) and `normative_gait` (gait).
 """
@@ -15,12 +15,12 @@ from pipeline.synthetic.walkers import normative_gait as norm
 
 GRAVITY_MM_S2 = 9806.65
 SIDE = np.array([[-1.0], [1.0]])
-"""Sign of x on the left and on the right, a column."""
+"""Sign of x on the left and the right side, as a column."""
 
 
 @dataclass(frozen=True)
 class Manner:
-    """A person's curve of an angle: landmark values (2, n) in radians, and its shift to earlier phases, in cycles."""
+    """A person's curve of an angle: landmark values (2, n), radians, and shift to earlier phases, cycles."""
 
     values: np.ndarray
     shift: float
@@ -28,7 +28,7 @@ class Manner:
 
 @dataclass(frozen=True)
 class Body:
-    """Lengths of one walker in mm; left and right as columns (2, 1)."""
+    """Body lengths of a walker in mm; left and right as columns (2, 1)."""
 
     stature: float
     thigh: np.ndarray
@@ -43,15 +43,15 @@ class Body:
 
     @property
     def leg_length(self) -> float:
-        """Hip to floor, mean of the sides, mm."""
+        """Leg length from hip to floor, mean of the sides, mm."""
         return np.mean(self.thigh + self.shank) + body.SEGMENTS["ankle_height"] * self.stature
 
 
 @dataclass(frozen=True)
 class Person:
-    """One walker: lengths in mm, speed in mm/s, frequency in Hz, angles in radians; left and right as columns (2, 1).
+    """Walker: lengths in mm, speed in mm/s, frequency in Hz, angles in radians; left and right as columns (2, 1).
 
-    `foot_gains` (2,) scales the foot's toes-up and heel-up excursions.
+    `foot_gains` (2,) scales the toes-up and heel-up excursions of the foot.
     """
 
     male: bool
@@ -79,21 +79,21 @@ class Person:
         centre = values.mean(axis=1, keepdims=True)
         # Splines of the two sides: the polynomials of the basis weighted by the landmark values.
         spline = norm.CURVES[name].basis
-        own = spline.c @ (values - centre).T
-        place = phase + (shift - spline.x[0])
-        within = place - np.floor(place) + spline.x[0]
+        coefficients = spline.c @ (values - centre).T
+        shifted = phase + (shift - spline.x[0])
+        within = shifted - np.floor(shifted) + spline.x[0]
         piece = np.searchsorted(spline.x[1:-1], within, side="right")
         past = within - spline.x[piece]
-        c3, c2, c1, c0 = own.reshape(4, -1).take(2 * piece + [[0], [1]], axis=1)
+        c3, c2, c1, c0 = coefficients.reshape(4, -1).take(2 * piece + [[0], [1]], axis=1)
         return centre + gain * (((c3 * past + c2) * past + c1) * past + c0)
 
     def opposed(self, name: str, phase: np.ndarray) -> np.ndarray:
-        """Half of right minus left, (T,): changes sign when the sides are exchanged."""
+        """Half of right minus left, (T,); it changes sign when the sides are exchanged."""
         left, right = self.curve(name, phase)
         return (right - left) / 2.0
 
     def shared(self, name: str, phase: np.ndarray) -> np.ndarray:
-        """Mean of the sides, (T,): repeats with every step."""
+        """Mean of the sides, (T,); it repeats with every step."""
         left, right = self.curve(name, phase)
         return (left + right) / 2.0
 
@@ -110,7 +110,7 @@ class Person:
 
 
 def leaning(forward: np.ndarray, sideways: np.ndarray) -> np.ndarray:
-    """Unit vectors (3, T) that lean from the vertical forward and to the right, by angles (T,)."""
+    """Unit vectors (3, T) that lean forward and to the right of the vertical, by angles (T,)."""
     return np.stack(
         [np.sin(sideways), np.sin(forward) * np.cos(sideways), np.cos(forward) * np.cos(sideways)]
     )
@@ -121,7 +121,7 @@ def _positive(rng: np.random.Generator, mean: float, cv: float, size: int | None
 
 
 def _draw_manner(rng: np.random.Generator, male: bool, pace: float, offsets: float) -> dict[str, Manner]:
-    """Return how somebody of a dimensionless speed moves each joint."""
+    """Draw the curves of all angles for a person with a dimensionless speed `pace`."""
     gains = {
         "pelvic_obliquity": norm.PELVIC_OBLIQUITY_BY_SEX[male],
         "trunk_sway": norm.TRUNK_SWAY_BY_SEX[male],
@@ -133,16 +133,17 @@ def _draw_manner(rng: np.random.Generator, male: bool, pace: float, offsets: flo
         spread, mean_deg = curve.spread, np.array(curve.mean_deg)
         middle = mean_deg.mean()
         gain = gains.get(name, 1.0) * _positive(rng, 1.0, spread.gain)
-        own = middle + gain * (mean_deg - middle)
+        landmarks = middle + gain * (mean_deg - middle)
         posture = offsets * spread.offset_deg * rng.standard_normal() * (SIDE if curve.opposed else 1.0)
-        own = own + spread.shape_deg * rng.standard_normal(own.size)
-        apart = SIDE * spread.side_deg * rng.standard_normal(own.size)
-        manner[name] = Manner(np.radians(own + posture + apart), spread.timing * rng.standard_normal())
+        landmarks = landmarks + spread.shape_deg * rng.standard_normal(landmarks.size)
+        asymmetry = SIDE * spread.side_deg * rng.standard_normal(landmarks.size)
+        values = np.radians(landmarks + posture + asymmetry)
+        manner[name] = Manner(values, spread.timing * rng.standard_normal())
     return manner
 
 
 def draw_person(rng: np.random.Generator, male: bool, offsets: float = 1.0) -> Person:
-    """Return a person; the number of draws is the same for everyone.
+    """Draw a person; the number of random draws is the same for all people.
 
     Parameters
     ----------
@@ -159,7 +160,7 @@ def draw_person(rng: np.random.Generator, male: bool, offsets: float = 1.0) -> P
     mean, sd = body.STATURE_MM[male]
     stature = growth * (mean + sd * build)
 
-    # Longer legs mean a shorter trunk at the same stature; the sides differ by a few millimetres.
+    # At equal stature, longer legs go with a shorter trunk; the sides differ by a few millimetres.
     leg = rng.standard_normal()
     knee_height = body.SEGMENT_CV * rng.standard_normal()
     unequal = np.sqrt(0.125) * body.LEG_INEQUALITY_SD_MM * rng.standard_normal(2)
@@ -184,7 +185,7 @@ def draw_person(rng: np.random.Generator, male: bool, offsets: float = 1.0) -> P
     frequency = cadence / 60.0 * _positive(rng, 1.0, norm.FREQUENCY_CV)
 
     manner = _draw_manner(rng, male, pace, offsets)
-    width = max(norm.STEP_WIDTH_LEAST_MM, rng.normal(norm.STEP_WIDTH_MM, norm.STEP_WIDTH_SD_MM))
+    width = max(norm.STEP_WIDTH_MIN_MM, rng.normal(norm.STEP_WIDTH_MM, norm.STEP_WIDTH_SD_MM))
 
     def pair(mean: float, sd: float) -> np.ndarray:
         # The sides of one person correlate: 0.8² = 0.64.

@@ -1,4 +1,4 @@
-"""Stride-to-stride variability of rhythm, excursions and foot placement, correlated between strides."""
+"""Correlated stride-to-stride variability of rhythm, excursions and foot placement."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from pipeline.synthetic.walkers.person import Person
 
 @dataclass(frozen=True)
 class Strides:
-    """Phases, gains and footholds that change from stride to stride, frame by frame.
+    """Phases, gains and footholds of each frame, which vary from stride to stride.
 
     Attributes
     ----------
     phase : (2, T)
         Phase of each leg, cycles.
     gains : dict
-        Factors on excursions: ``thigh``, ``trunk`` (T,), ``knee``, ``arm`` (2, T).
+        Factors on the excursions: ``thigh``, ``trunk`` (T,), ``knee``, ``arm`` (2, T).
     foot, lane : (2, T), (T,)
-        Sideways shifts of each foot's line and of the whole walker, mm.
+        Sideways shifts of the line of each foot, and of the walker, mm.
     """
 
     phase: np.ndarray
@@ -32,9 +32,9 @@ class Strides:
 
 
 def draw_strides(person: Person, rng: np.random.Generator, frames: int, frame_rate_hz: float) -> Strides:
-    """Return correlated phases and gains; a longer recording begins with a shorter one."""
+    """Draw correlated phases and gains; a longer recording starts with the shorter one."""
     cycles = np.arange(frames) * person.frequency / frame_rate_hz
-    # One row per stride, in order; spare ones for strides faster than the mean.
+    # One row per stride, with spare rows for strides faster than the mean.
     rows = int(np.ceil(cycles[-1] * 1.2)) + 4
     fresh = rng.standard_normal((rows, 10))
     memory = np.full(10, norm.STRIDE_MEMORY)
@@ -47,10 +47,10 @@ def draw_strides(person: Person, rng: np.random.Generator, frames: int, frame_ra
         stride += memory * before
     knots = np.arange(rows)
 
-    def at(place: np.ndarray, column: int) -> np.ndarray:
-        return np.interp(place, knots, steady[:, column])
+    def at(stride: np.ndarray, column: int) -> np.ndarray:
+        return np.interp(stride, knots, steady[:, column])
 
-    # Interpolation between strides reduces the variance: restore it.
+    # Interpolation between strides reduces the variance; the divisor restores it.
     slower = norm.STRIDE_TIME_CV * at(cycles, 0) / np.sqrt((2.0 + norm.STRIDE_MEMORY) / 3.0)
     left = person.start_phase + np.cumsum(person.frequency / frame_rate_hz / (1.0 + slower))
     phase = np.stack([left, left + 0.5 + person.step_asymmetry])
@@ -61,7 +61,7 @@ def draw_strides(person: Person, rng: np.random.Generator, frames: int, frame_ra
         "arm": np.stack([1.0 + arm * at(left, c) for c in (4, 5)]),
         "trunk": 1.0 + trunk * at(left, 6),
     }
-    # A foot stays on its line while it stands and moves to the next line while it swings.
+    # A foot stays on its line in stance, and moves to the next line in swing.
     foot = np.empty_like(phase)
     for side in (0, 1):
         stride = np.floor(phase[side] - norm.TOE_OFF).astype(int) + 1

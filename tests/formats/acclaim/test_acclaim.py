@@ -122,7 +122,7 @@ def test_what_is_odd_but_readable_is_noted(pair: tuple[Path, Path]) -> None:
     check_contract(motion)
     assert [motion.valid[1].tolist(), motion.valid[[0, 2]].all()] == [[True, True, True, False, True], True]
     joined = " ".join(motion.notes)
-    for word in ("numbered from 11", "SAMPLES-PER-SECOND 60", "no line end", "1 of 3 frames have NaN"):
+    for word in ("numbered from 11", "SAMPLES-PER-SECOND 60", "no line end", "1 of 3 frames contain NaN"):
         assert word in joined
 
 

@@ -100,7 +100,7 @@ def test_the_caller_says_the_rate_where_the_file_does_not(copy: Path) -> None:
     )
     motion = bvh.read(copy, frame_rate_hz=40.0)
     assert motion.frame_rate_hz == pytest.approx(40.0)
-    assert "frame rate asked for" in " ".join(motion.notes)
+    assert "requested frame rate is used" in " ".join(motion.notes)
 
 
 def with_decimal_commas(text: str) -> str:
@@ -168,7 +168,7 @@ def test_a_wrong_number_of_frames_is_noted_and_all_frames_are_read(copy: Path, d
     replace(copy, "Frames:\t3", f"Frames:\t{declared}")
     motion = bvh.read(copy)
     assert len(motion.positions_mm) == 3
-    assert any(f"declares {declared} frames and has 3" in note for note in motion.notes)
+    assert any(f"declares {declared} frames but has 3" in note for note in motion.notes)
 
 
 def test_nan_makes_invalid_what_depends_on_it_and_is_noted(copy: Path) -> None:
@@ -177,7 +177,7 @@ def test_nan_makes_invalid_what_depends_on_it_and_is_noted(copy: Path) -> None:
     check_contract(motion)
     assert motion.valid[[0, 2]].all()
     assert motion.valid[1].tolist() == [True, True, False, False, False, True, True]
-    assert any("1 of 3 frames have NaN" in note for note in motion.notes)
+    assert any("1 of 3 frames contain NaN" in note for note in motion.notes)
 
 
 def test_a_root_without_channels_stands_at_its_offset(copy: Path) -> None:

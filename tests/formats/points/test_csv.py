@@ -242,14 +242,14 @@ BTS = (FIXTURES / "emt_two_markers.emt").read_text(encoding="utf-8")
 def test_tracks_of_bts_that_were_cut(tmp_path: Path) -> None:
     motion = read(tmp_path, "".join(BTS.splitlines(keepends=True)[:-1]))
     np.testing.assert_array_equal(motion.positions_mm, EXPECTED[:2])
-    assert motion.notes == ("The file declares 3 frames and has 2; all 2 were read.",)
+    assert motion.notes == ("The file declares 3 frames but has 2; all 2 are read.",)
 
 
 def test_tracks_of_bts_that_were_decimated(tmp_path: Path) -> None:
     motion = read(tmp_path, BTS.replace("100 Hz", "500 Hz"))
     assert_is_the_example(motion)
     assert motion.notes == (
-        "Rows are 5 frames apart throughout: their rate, 100 Hz, counts, not 500 Hz as the header or the option says.",
+        "All rows are 5 frames apart: their rate of 100 Hz is used instead of 500 Hz from the header or the option.",
     )
 
 
@@ -274,13 +274,13 @@ def test_a_long_table_whose_coordinates_have_a_prefix(tmp_path: Path) -> None:
 def test_times_that_would_be_too_slow_are_parts_of_a_second(tmp_path: Path, unit: str, zeros: str) -> None:
     motion = read(tmp_path, WIDE.replace("0.01", f"10{zeros}").replace("0.02", f"20{zeros}"))
     assert_is_the_example(motion)
-    assert motion.notes == (f"The times are taken as {unit}: frames are 10{zeros} apart.",)
+    assert motion.notes == (f"The times are read as {unit}: frames are 10{zeros} apart.",)
 
 
 def test_ticks_and_nanoseconds_and_what_may_be_two_units(tmp_path: Path) -> None:
     motion = read(tmp_path, WIDE.replace("0.01", "333333").replace("0.02", "666667"))
     assert motion.frame_rate_hz == pytest.approx(30, rel=1e-5)
-    assert motion.notes == ("The times are taken as ticks of 100 ns: frames are 333334 apart.",)
+    assert motion.notes == ("The times are read as ticks of 100 ns: frames are 333334 apart.",)
     ticks = WIDE.replace("0.01", "100000").replace("0.02", "200000")
     with rejects("unclear_time_unit"):
         read(tmp_path, ticks)
@@ -288,7 +288,7 @@ def test_ticks_and_nanoseconds_and_what_may_be_two_units(tmp_path: Path) -> None
     late = read(tmp_path, WIDE.replace("0.01", "1000000000").replace("0.02", "2000000000"))
     assert (late.frame_rate_hz, late.notes) == (
         1.0,
-        ("The times are taken as nanoseconds.",),
+        ("The times are read as nanoseconds.",),
     )
 
 
@@ -297,8 +297,8 @@ def test_a_rate_of_which_most_frames_would_be_missing_gives_way_to_the_times(tmp
     motion = read(tmp_path, text, frame_rate_hz=120.0)
     assert (motion.frame_rate_hz, len(motion.valid)) == (pytest.approx(1 / 0.75), 4)
     assert motion.notes == (
-        "Rows are 90 frames apart throughout: their rate, 1.33333 Hz, counts, "
-        "not 120 Hz as the header or the option says.",
+        "All rows are 90 frames apart: their rate of 1.33333 Hz is used "
+        "instead of 120 Hz from the header or the option.",
     )
     uneven = "time,a_x,a_y,a_z\n" + "".join(f"{t},{t},0,0\n" for t in (0.0, 0.091, 0.2, 0.313, 0.398, 0.5))
     with rejects("rate_contradiction", stated_hz=1000.0):

@@ -124,7 +124,7 @@ def test_rows_that_are_two_frames_apart_have_half_the_rate_of_the_header(
     np.testing.assert_array_equal(motion.positions_mm[:, top], TOP)
     assert motion.frame_rate_hz == 60.0
     assert motion.notes == (
-        "Rows are 2 frames apart throughout: their rate, 60 Hz, counts, not 120 Hz as the header or the option says.",
+        "All rows are 2 frames apart: their rate of 60 Hz is used instead of 120 Hz from the header or the option.",
     )
 
 
@@ -139,7 +139,7 @@ def test_frames_that_are_declared_and_absent_are_noted(text: str, suffix: str, t
     assert read(tmp_path, text, suffix).notes == ()
     motion = read(tmp_path, "".join(text.splitlines(keepends=True)[:-1]), suffix)
     assert len(motion.valid) == 2
-    assert motion.notes == ("The file declares 3 frames and has 2; all 2 were read.",)
+    assert motion.notes == ("The file declares 3 frames but has 2; all 2 are read.",)
 
 
 @pytest.mark.parametrize("text", [NEXUS, QUALISYS, OPTITRACK])

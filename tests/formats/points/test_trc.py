@@ -133,7 +133,7 @@ def test_a_unit_that_the_file_does_not_state_is_assumed(tmp_path: Path) -> None:
 def test_doubled_names_and_a_missing_line_end_are_noted(tmp_path: Path) -> None:
     motion = read(tmp_path, made().replace("Hip", "Head Top").rstrip("\n"))
     assert "no line end" in motion.notes[0]
-    assert "stand more than once" in motion.notes[1]
+    assert "names are repeated" in motion.notes[1]
     latin = read(tmp_path, made().replace("Hip", "Hüfte").encode("latin-1"))
     assert latin.names[1] == "Hüfte"
     assert "Latin-1" in latin.notes[0]
@@ -197,10 +197,10 @@ COMMAS = made().replace("\t", ",").replace("nan", "")
         (made().replace("Head Top\t\t\tHip\t\t\t", "Head Top\tHead Top\tHead Top\tHip\tHip\tHip"), []),
         (made().replace("Head Top\t\t\t", "Head Top\t"), []),
         (made().replace("\t\tX1\tY1\tZ1\tX2\tY2\tZ2\n\n", ""), []),
-        (made(markers="3"), ["declares 3 markers and names 2"]),
-        (made(frames="9"), ["declares 9 frames and has 3"]),
+        (made(markers="3"), ["declares 3 markers but names 2"]),
+        (made(frames="9"), ["declares 9 frames but has 3"]),
         (made(frames="x").replace("x\t2", "\t2"), []),
-        (made((*ROWS, "4\t0.025\t2\t2"), frames="9"), ["last line (10) was cut", "declares 9 frames"]),
+        (made((*ROWS, "4\t0.025\t2\t2"), frames="9"), ["last line (10) is truncated", "declares 9 frames"]),
     ],
     ids=lambda value: None if isinstance(value, str) else "; ".join(value),
 )
@@ -237,7 +237,7 @@ def test_the_rate_comes_from_the_times_if_the_header_says_zero(tmp_path: Path) -
 def test_times_may_be_milliseconds(tmp_path: Path) -> None:
     motion = read(tmp_path, line(np.arange(20.0) * 10, rate="100"))
     assert (motion.frame_rate_hz, len(motion.valid)) == (100.0, 20)
-    assert "The times are taken as milliseconds: frames are 10 apart." in motion.notes
+    assert "The times are read as milliseconds: frames are 10 apart." in motion.notes
 
 
 def test_uneven_times_are_resampled_and_said(tmp_path: Path) -> None:
@@ -273,8 +273,8 @@ def test_rows_that_are_whole_frames_apart_have_the_rate_of_their_times(
     assert motion.valid.all()
     np.testing.assert_allclose(motion.positions_mm[:, 0, 0], times)
     assert motion.notes == (
-        f"Rows are {apart} frames apart throughout: their rate, {rate / apart:g} Hz, counts, "
-        f"not {rate:g} Hz as the header or the option says.",
+        f"All rows are {apart} frames apart: their rate of {rate / apart:g} Hz is used "
+        f"instead of {rate:g} Hz from the header or the option.",
     )
     lost = read(tmp_path, line(np.delete(times, [5, 6]), rate=f"{rate:g}"))
     assert lost.frame_rate_hz == pytest.approx(rate / apart)
@@ -390,6 +390,6 @@ def test_more_markers_are_declared_than_named(tmp_path: Path) -> None:
         motion = read(tmp_path, text)
         assert motion.names == ("Head Top", "Hip")
         np.testing.assert_array_equal(motion.positions_mm, EXPECTED)
-        assert "The file declares 4 markers and names 2; the names count." in motion.notes
+        assert "The file declares 4 markers but names 2; the names are used." in motion.notes
     with rejects("wrong_count"):
         read(tmp_path, made(tuple(row.replace("\n", "\t7\t8\t9\n") for row in ROWS), markers="4"))

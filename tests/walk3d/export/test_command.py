@@ -261,7 +261,7 @@ def test_inspect_goes_on_after_a_file_of_two_people(walk: np.ndarray, tmp_path: 
     (wrong,) = inspect([str(tmp_path / "c.c3d"), "units=cm"])
     assert wrong.lines[-1] == f"next: python -m pipeline inspect {tmp_path / 'c.c3d'}   (without units=cm)"
     (stated,) = inspect([str(tmp_path / "b.trc"), "units=m"])
-    assert "The file states its unit, mm, which is used, not m." in stated.lines
+    assert "The file states the unit mm; it is used instead of m." in stated.lines
     (tmp_path / "take.fbx").touch()
     told = summary(tmp_path, [both, one, metres])
     assert told[0] == "2 of 3 files hold walks, of 2 people: b, c"

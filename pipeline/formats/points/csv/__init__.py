@@ -1,4 +1,4 @@
-"""Tables of points with a header of column titles (CSV), wide or long."""
+"""Reader and writer of tables of points with column titles (CSV), wide or long."""
 
 from pipeline.formats.points.csv.positions import read, write
 

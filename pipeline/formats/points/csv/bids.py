@@ -1,4 +1,4 @@
-"""Motion of BIDS (``*_motion.tsv``): the titles of its columns and its rate stand in two files beside it or above."""
+"""Column titles and frame rate of BIDS motion files (``*_motion.tsv``), from their two sidecar files."""
 
 from __future__ import annotations
 
@@ -12,49 +12,49 @@ from pipeline.formats.text import read_text
 from pipeline.validation import require_range
 
 _LEVELS = 4
-"""Folders of a dataset, a person, a session and of motion."""
+"""Number of folder levels in BIDS: dataset, person, session, motion."""
 
 
-def beside(path: Path) -> list[Path]:
-    """Return the table of channels and the settings of a motion file of BIDS, those that are there.
+def sidecar_files(path: Path) -> list[Path]:
+    """Return the existing sidecar files of a BIDS motion file: the channel table, then the settings.
 
-    In its folder or up to that of the dataset, of no other person, task, …, than the file, the nearest first; of two in
-    a folder the one that says more.  Of the channels the nearest, of the settings all.
+    They are in the folder of the file or above it, and their names must not contradict it (person, task…).  The nearest
+    come first, and longer names within a folder.  The nearest channel table is returned, and all settings.
     """
     if not path.name.endswith("_motion.tsv"):
         return []
     words, files = path.name.split("_"), []
-    for ending, most in (("channels.tsv", 1), ("motion.json", None)):
+    for ending, max_count in (("channels.tsv", 1), ("motion.json", None)):
         files += [
             file
             for folder in path.absolute().parents[:_LEVELS]
             for file in sorted(folder.glob(f"*{ending}"), key=lambda file: -len(file.name))
             if {*file.name.split("_")} <= {*words, ending}
-        ][:most]
+        ][:max_count]
     return files
 
 
 def titles_and_rate(path: Path) -> tuple[str, float | None]:
-    """Return the line of titles that the file lacks and its rate, Hz; nothing of a table that is not of BIDS.
+    """Return the missing line of column titles and the frame rate (Hz) of a BIDS file; empty for other tables.
 
     Raises
     ------
     InvalidInput
-        If one of them is missing, or lacks a column or the rate.
+        If a sidecar file is missing, or lacks a column or the rate.
     """
-    if not (files := beside(path)):
+    if not (files := sidecar_files(path)):
         return "", None
     titles = []
     try:
         channels, *settings = (read_text(file)[0] for file in files)
         for row in csv.DictReader(channels.split("\n"), delimiter="\t"):
             coordinate = f"{row['tracked_point']}_{row['component']}_{row['units']}".removesuffix("_n/a")
-            other = f"{row['name']} {row['type']}"
-            titles.append({"POS": coordinate, "LATENCY": "time"}.get(row["type"], other))
+            other_title = f"{row['name']} {row['type']}"
+            titles.append({"POS": coordinate, "LATENCY": "time"}.get(row["type"], other_title))
         rate = require_range("", float(ChainMap(*map(json.loads, settings))["SamplingFrequency"]), above=0)
     except (LookupError, TypeError, ValueError):
         expected = (
-            "beside it or above _channels.tsv with columns name, type, component, tracked_point, units"
+            "in its folder or above: _channels.tsv with columns name, type, component, tracked_point, units,"
             " and _motion.json with a number SamplingFrequency"
         )
         received = ", ".join(file.name for file in files)

@@ -1,10 +1,10 @@
-"""Tables of points as text, wide or long as their header says.
+"""Reader and writer of tables of points as text; the header decides between wide and long.
 
 Wide: a column ``time`` or ``frame``, then three columns for each point: ``head_x, head_y, head_z``
 (``head.x``, ``head x``, ``head:x``, ``head-x``, ``HEAD_X`` and ``head_x_mm`` are read too).
 Long: one row for each frame and point: ``frame`` or ``time``; ``joint``, ``point``, ``marker`` or ``name``;
-``x, y, z`` (or ``x_mm``…); and ``unit`` where the table says it in a column.
-Both may have a column ``person`` or ``subject``: of several people, names begin with it (``anna:head``).
+``x, y, z`` (or ``x_mm``…); and optionally ``unit``.
+Both may have a column ``person`` or ``subject``; with several people, names begin with it (``anna:head``).
 """
 
 from __future__ import annotations
@@ -42,22 +42,22 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
     ----------
     path : Path
     frame_rate_hz : float, optional
-        Needed if the table has no column of times, and enough for a wide one that has no numbers of frames either;
-        must agree with the times within 1 % if it has, which are resampled to it if they are uneven; the times count
-        where rows are a whole number of its frames apart throughout.
+        Frames per second, required if the table has no times.  A wide table then needs no frame numbers.  The rate
+        must agree with the times within 1 %, and uneven times are resampled to it.  If all rows are a whole number
+        of these frames apart, the rate of the times is used instead.
     units : str, optional
-        Unit of length if the table names none; ``"mm"`` if not given.
+        Unit of length if the table does not state it; default ``"mm"``.
 
     Returns
     -------
     MotionCapture
-        Empty cells, NaN and absent rows are NaN and not valid.
+        Samples of empty cells, NaN and missing rows are NaN and invalid.
 
     Raises
     ------
     InvalidInput
-        If the header names no points, a cell is not a number, a point stands twice in one frame, times do not
-        increase, or the unit or the rate cannot be known.
+        If the header names no points, a cell is not a number, a point is repeated within a frame, times do not
+        increase, or the unit or the rate is unknown.
     """
     if (motion := exported(path, frame_rate_hz, units)) is not None:
         return motion
@@ -76,15 +76,15 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
         -1, 3
     )
     sample = (index[:, None] * len(names) + point).reshape(-1)
-    # A row may name a new point.
-    empty = "the table is nearly empty: points have too many names"
+    # Each row may name a new point.
+    empty = "the table is nearly empty: it has too many point names for its rows"
     require_points(len(times), len(names), table.where, empty, code="nearly_empty")
     order = np.argsort(sample, kind="stable")
-    again = order[1:][np.diff(sample[order]) == 0]
-    if again.size:
-        k = int(again.min())
+    repeated = order[1:][np.diff(sample[order]) == 0]
+    if repeated.size:
+        k = int(repeated.min())
         raise damaged(
-            f"the point {names[sample[k] % len(names)]!r} stands twice in one frame (two people?)",
+            f"the point {names[sample[k] % len(names)]!r} is repeated within a frame (two people?)",
             table.place(k * len(index) // len(sample)),
             "one row for each frame and point",
             code="point_twice",
@@ -103,16 +103,18 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
     return motion_capture(names, shaped, rate, unit, table.notes, units_assumed=assumed)
 
 
-def _frames(table: Rows, columns: Columns, given: float | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Times (T,) of the frames in seconds, the first row of each, and the frame of each row (R,).
+def _frames(
+    table: Rows, columns: Columns, rate_option: float | None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Times (T,) of the frames in seconds, first row of each frame, and frame index of each row (R,).
 
-    A frame is known by its number if there is one, else by its time, else by its place; by its time, too, where in a
-    wide table `FrameNumber` and the like, which may count something else, stand twice.
+    A frame is identified by its number, else by its time, else by its row.  In a wide table, a column such as
+    `FrameNumber` may count something else: if its numbers repeat, the time identifies the frame.
 
     Raises
     ------
     InvalidInput
-        If a frame number is not whole, or there are neither times nor a rate that is given.
+        If a frame number is not whole, or neither times nor the frame rate are available.
     """
     times = np.arange(len(table.cells), dtype=float)
     if timed := "time" in columns.roles:
@@ -136,20 +138,20 @@ def _frames(table: Rows, columns: Columns, given: float | None) -> tuple[np.ndar
         and not {"point", "person"} & set(columns.roles)
         and UNSURE.fullmatch(role_of(table.header[columns.roles.get("frame", 0)])[1])
     ):
-        # Of cameras slower than the table, say: their last frame stands again until the next one comes.
+        # For example, a slower camera repeats its frame number until its next frame.
         each, first, index = np.unique(times, return_index=True, return_inverse=True)
     if timed and len(each) > 1:
         return times[first], first, index
-    if given is None:
+    if rate_option is None:
         expected = "a column of times with two frames or more, or the option frame_rate_hz"
         raise damaged("the frame rate is unknown", table.where, expected, code="unknown_rate")
-    return (each - each[0]) / given, first, index
+    return (each - each[0]) / rate_option, first, index
 
 
 def _points(table: Rows, columns: Columns) -> tuple[tuple[str, ...], np.ndarray]:
-    """Names of the points (P,), and which of them each row holds, (R, 1) of a long or (R, P') of a wide table.
+    """Names of the points (P,), and indices of the points in each row: (R, 1) in a long, (R, P') in a wide table.
 
-    Where the rows belong to several people, names begin with theirs.
+    With several people, point names begin with the person's name.
     """
     rows = len(table.cells)
     if "point" in columns.roles:
@@ -158,14 +160,16 @@ def _points(table: Rows, columns: Columns) -> tuple[tuple[str, ...], np.ndarray]
         named = [list(columns.axes)] * rows
     if any(not names[0] for names in named):
         raise damaged(
-            "a point has no name",
+            "the name of a point is empty",
             table.place(next(k for k in range(rows) if not named[k][0])),
             code="no_name",
         )
     if "person" in columns.roles:
-        people = [who[:80] for who in table.texts(columns.roles["person"])]
+        people = [person[:80] for person in table.texts(columns.roles["person"])]
         if len(set(people)) > 1:
-            named = [[f"{who}:{name}" for name in names] for who, names in zip(people, named, strict=True)]
+            named = [
+                [f"{person}:{name}" for name in names] for person, names in zip(people, named, strict=True)
+            ]
     index: dict[str, int] = {}
     point = np.array([[index.setdefault(name, len(index)) for name in names] for names in named])
     return tuple(index), point
@@ -179,7 +183,7 @@ def write(
     *,
     wide: bool = False,
 ) -> None:
-    """Write positions as a table in millimetres, every digit kept, missing samples empty.
+    """Write positions as a table in millimetres, with all digits and empty cells for missing samples.
 
     Parameters
     ----------
@@ -190,12 +194,12 @@ def write(
         Millimetres; NaN where missing.
     frame_rate_hz : float
     wide : bool
-        A row for each frame, three columns for each point, instead of a row for each frame and point.
+        True for a row per frame with three columns per point; False for a row per frame and point.
 
     Raises
     ------
     InvalidInput
-        If the shapes do not fit each other, or a name, the rate or a coordinate cannot be written.
+        If the shapes do not match, or a name, the rate or a coordinate cannot be written.
     """
     positions = positions_to_write(names, positions_mm, frame_rate_hz, path.name, distinct=True)
     names = [*map(harmless, names)]

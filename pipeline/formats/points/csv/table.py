@@ -1,4 +1,4 @@
-"""A table of points as text: its rows, its numbers, and the columns that its header names."""
+"""Parsing of a table of points as text: rows, numbers, and the columns that the header names."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _DIGITS = {
     "ms": 3, "msec": 3, "millis": 3, "milliseconds": 3, "us": 6, "µs": 6, "usec": 6, "microseconds": 6, "ns": 9,
     "nanoseconds": 9,
 }  # fmt: skip
-"""Ends of titles of times that are in parts of a second, and how many digits these have."""
+"""Endings of time titles with parts of a second, and their number of decimal digits."""
 _ROLES = {
     "time": {
         *(
@@ -32,7 +32,7 @@ _ROLES = {
             for unit in ("", "s", "sec", "seconds", *_DIGITS)
         ),
         "seconds",
-        "timeframenumbersoriginalx",  # of Visual3D, as "item"
+        "timeframenumbersoriginalx",  # from Visual3D, as "item"
         "timeframenumbersx",
     },
     "frame": {"frame", "item", *(f"frame{kind}" for kind in ("number", "index", "idx", "id", "num", "no"))},
@@ -47,15 +47,15 @@ _ROLES = {
     "unit": {"unit", "units"},
     "person": {"person", "personid", "subject", "subjectid", "track", "trackid"},
 }
-"""Titles in small letters and without blanks and underscores."""
+"""Titles of the columns that are not coordinates, by role, in lower case without blanks and underscores."""
 UNSURE = re.compile(
     r"item|tempo|bone|(?:joint|.*point|landmark|marker|frame|person|subject|track)_?(?:id|idx|index|type|no|num.*)"
 )
-"""Titles that mean something else where another column has their role."""
-_MOST_ABOVE = 50
-"""Lines of words in front of the header."""
+"""Titles that mean something else if another column has the same role."""
+_MAX_LINES_ABOVE = 50
+"""Largest number of lines of text above the header."""
 _SETTING = re.compile(r"\W*([A-Za-z][\w ]*?) *[:=\t;,][:=\s;,]*([^\s;]+)")
-"""Name and value of a setting in a line above the header, as ``Frames: 3``."""
+"""Name and value of a setting in a line above the header, such as ``Frames: 3``."""
 _ZONE = re.compile(r"(Z|[+-]\d\d:?\d\d)$")
 _QUOTED = re.compile(r"(?<=[(\s])'([^']*)'(?=[,)])")
 _BRACKETED = re.compile(r"[ _.]?[(\[] *(\w+) *[)\]](?=$|[ _.]?[(\[])")
@@ -64,7 +64,7 @@ _SMOOTHED = re.compile(
     r"(?![^\W_])[\W_]*",
     re.IGNORECASE,
 )
-"""What a title says of how its numbers were made; in a group if they are better than where it says nothing."""
+"""Words in a title for raw or smoothed numbers; the group matches words for smoothed numbers (preferred)."""
 _POSITION = re.compile(r"[ _.](position|pos)$", re.IGNORECASE)
 _ROTATION = re.compile(r"[ _.](rotation|rot|euler)$", re.IGNORECASE)
 _WAYS = (
@@ -73,27 +73,29 @@ _WAYS = (
     r"(?P<point>.+?)(?:[ _.:-]t?)?(?P<axis>{0})",  # headX, head_tx
     r"(?P<point>.+)[ _.:-](?P<axis>[123])",  # head_1
 )
-"""Ways to write a coordinate of a point, in the order in which they are tried."""
+"""Spellings of a point and its axis in a title, in the order of the search."""
 
 
 def coordinates(
     titles: Sequence[str], axes: Sequence[str] = "xyz", others: Sequence[str] = ()
 ) -> list[tuple[str, str, str, int]]:
-    """Return point, axis, unit of length and column of titles that name them, in the first way that tells one point.
+    """Return point, axis, unit of length and column of the titles that name a coordinate.
+
+    The spellings in `_WAYS` are compared in their order, up to the first one with a complete point.
 
     Parameters
     ----------
     titles : sequence of str
-        A unit may stand at the end, in brackets.
+        Column titles; a unit may follow at the end, in brackets.
     axes : sequence of str
-        All of which a point needs.
+        Axes that a complete point needs.
     others : sequence of str
-        What else it may have.
+        Further components that a point may have.
 
     Returns
     -------
     list of tuple
-        Of points that lack an axis only those by the first way.
+        Point, axis, unit and column.  Incomplete points are returned for the first spelling only.
 
     Examples
     --------
@@ -112,31 +114,30 @@ def coordinates(
         axes_of: dict[str, set[str]] = {}
         for point, axis, *_ in columns:
             axes_of.setdefault(point, set()).add(axis)
-        whole = {point for point, of in axes_of.items() if of >= set(axes)}
+        complete = {point for point, point_axes in axes_of.items() if point_axes >= set(axes)}
         ways.append(columns)
-        if whole:
-            return columns if way == _WAYS[0] else [one for one in columns if one[0] in whole]
+        if complete:
+            return columns if way == _WAYS[0] else [column for column in columns if column[0] in complete]
     return ways[0]
 
 
 def role_of(title: str) -> tuple[str, str]:
-    """Return what a column is besides a coordinate, nothing if it is not, and its title in small letters."""
+    """Return the role of a column that is not a coordinate (else an empty string), and its title in lower case."""
     plain = _BRACKETED.sub(r"_\1", title).lower().replace(" ", "_").lstrip("_%#").rstrip("._#")
     together = plain.replace("_", "")
     return next((role for role, titles in _ROLES.items() if together in titles), ""), plain
 
 
 def read_table(path: Path, titles: str = "") -> Rows:
-    """Read a table whose cells are separated by commas, semicolons, tabs or blanks, with words above it or none.
+    """Read a table with cells separated by commas, semicolons, tabs or blanks, and optional text above it.
 
-    `titles` is a line that the file lacks.
-
-    Titles may stand in several lines, as points over their axes or axes over units: they are joined.
+    `titles` is the line of titles for a file without one.  Titles in several lines are joined, for example points above
+    their axes, or axes above their units.
 
     Raises
     ------
     InvalidInput
-        If the file cannot be read, is no table, or a row is not as long as the header.
+        If the file cannot be read, is not a table, or the length of a row differs from the header.
     """
     where = path.name
     text, notes = read_text(path)
@@ -149,11 +150,11 @@ def read_table(path: Path, titles: str = "") -> Rows:
         text = "\n".join(" ".join(line.split()) for line in text.split("\n"))
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
     rows: list[list[str]] = []
-    lines, again = [], []
+    lines, title_notes = [], []
     try:
         for row in reader:
             if row in rows[:titled] and not _holds_numbers(row):
-                again = ["The titles stand again below: are several tables in one?"]
+                title_notes = ["The titles are repeated below: does the file contain several tables?"]
             elif any(cell.strip() for cell in row):
                 rows.append(row)
                 lines.append(reader.line_num + begin)
@@ -165,23 +166,25 @@ def read_table(path: Path, titles: str = "") -> Rows:
         rows, lines = _numbered(rows), [0, *lines]
     if len(rows) <= titled:
         raise damaged(
-            "there is no table",
+            "the file has no table",
             where,
             "a header and a row",
             f"{len(rows)} rows",
             code="no_table",
             rows=len(rows),
         )
-    # Titles of several lines may be written as ('nose', 'x').
+    # Titles in several lines may be written as ('nose', 'x').
     words = [["_".join(_QUOTED.findall(cell)) or cell.strip() for cell in row] for row in rows[:titled]]
     header = _without_raw(_joined(words), notes)
-    table = Rows(where, rows[titled:], lines[titled:], notes + again, delimiter != ",", header, settings)
+    table = Rows(
+        where, rows[titled:], lines[titled:], notes + title_notes, delimiter != ",", header, settings
+    )
     for k, row in enumerate(table.cells):
         while len(row) > len(header) and not row[-1].strip():
             row.pop()
         if len(row) != len(header):
             raise damaged(
-                "the row has another number of cells than the header",
+                "the number of cells in the row does not match the header",
                 table.place(k),
                 len(header),
                 len(row),
@@ -193,7 +196,7 @@ def read_table(path: Path, titles: str = "") -> Rows:
 
 
 def _without_raw(header: list[str], notes: list[str]) -> list[str]:
-    """Titles without the words for smoothed and raw, and none for raw numbers that stand there smoothed, too."""
+    """Remove the words for smoothed and raw from titles, and the titles of raw columns with a smoothed copy."""
     plain = {
         title: word.rstrip(" _.:-") if (word := _SMOOTHED.sub("", title)) != title else title
         for title in header
@@ -201,13 +204,13 @@ def _without_raw(header: list[str], notes: list[str]) -> list[str]:
     best = {plain[k]: k for k in sorted(header, key=lambda title: _SMOOTHED.findall(title.lower()) or ["a"])}
     raw = [title for title in header if best[plain[title]] != title]
     if raw:
-        notes.append(f"Columns that are there smoothed or filtered, too, are not read: {listed(raw)}.")
+        notes.append(f"Raw columns with a smoothed or filtered copy are not read: {listed(raw)}.")
         return [plain[title] if best[plain[title]] == title else "" for title in header]
     return header
 
 
 def _numbered(rows: list[list[str]]) -> list[list[str]]:
-    """Header and rows of a table of a name and three numbers in each row: a name that comes again begins a frame."""
+    """Header and rows of a table with a name and three numbers per row; a repeated name begins a new frame."""
     table, joints, frame = [["frame", "joint", "x", "y", "z"]], set[str](), 0
     for row in rows:
         if row[0] in joints:
@@ -218,11 +221,11 @@ def _numbered(rows: list[list[str]]) -> list[list[str]]:
 
 
 def _begin(lines: list[str]) -> tuple[int, int, str]:
-    """First line of the header, how many it has, and what separates cells.
+    """First line of the header, its number of lines, and the separator of cells.
 
-    The header stands above the first line of as many numbers; it goes on upwards while a title stands in it twice.
+    The header ends above the first line with an equal number of numbers.  It extends upwards while a title is repeated.
     """
-    for n, (line, below) in enumerate(itertools.pairwise(lines[:_MOST_ABOVE])):
+    for n, (line, below) in enumerate(itertools.pairwise(lines[:_MAX_LINES_ABOVE])):
         separator = max("\t;,", key=line.count)
         split = separator if separator in line else None
         cells, numbers = line.split(split), below.split(split)
@@ -238,7 +241,7 @@ def _begin(lines: list[str]) -> tuple[int, int, str]:
 
 
 def _joined(rows: list[list[str]]) -> list[str]:
-    """Titles in several lines as one, those of all but the last going on to the right; blank ends are left out."""
+    """Join titles in several lines; titles above the last line extend to the right, and blank ends are dropped."""
     joined = rows[-1]
     for row in rows[-2::-1]:
         before, above = "", []
@@ -257,39 +260,39 @@ def _holds_numbers(cells: list[str]) -> bool:
 
 @dataclass(frozen=True)
 class Columns:
-    """What each column of a table holds."""
+    """Content of the columns of a table."""
 
     roles: dict[str, int]
-    """Columns that are no coordinates: ``time``, ``frame``, ``point``, ``unit``, ``person``."""
+    """Columns that are not coordinates: ``time``, ``frame``, ``point``, ``unit``, ``person``."""
     axes: dict[str, dict[str, int]]
-    """Columns x, y, z of each point; of the point ``""`` in a long table."""
+    """Columns x, y, z of each point; a long table has one point with the name ``""``."""
     units: set[str]
 
 
 def read_header(table: Rows, *, rate_is_given: bool = False) -> Columns:
-    """Find out what the columns hold, by their titles; columns that are not read are noted.
+    """Identify the content of the columns by their titles; columns that are not read are noted.
 
     Parameters
     ----------
     table : Rows
     rate_is_given : bool
-        Whether the rows of a wide table may be frames without a time or a number.
+        True if the rows of a wide table may be frames without a time or a number.
 
     Raises
     ------
     InvalidInput
-        If the header names no points or neither times nor frames, a point lacks an axis, or two columns hold
-        the same thing.
+        If the header names no points, or neither times nor frames, a point lacks an axis, or two columns have the
+        same content.
     """
     columns, location = Columns({}, {}, set()), f"{table.where}, line 1"
-    twice, beginning = "two columns hold the same thing", ", ".join(table.header[:8])
+    duplicate, beginning = "two columns have the same content", ", ".join(table.header[:8])
     titled = enumerate(map(role_of, table.header))
-    for column, (role, title) in sorted(titled, key=lambda one: bool(UNSURE.fullmatch(one[1][1]))):
+    for column, (role, title) in sorted(titled, key=lambda entry: bool(UNSURE.fullmatch(entry[1][1]))):
         if role and not (role in columns.roles and UNSURE.fullmatch(title)):
             if role in columns.roles:
                 received = f"{table.header[columns.roles[role]]} and {table.header[column]}"
                 raise damaged(
-                    twice,
+                    duplicate,
                     location,
                     received=received,
                     code="column_twice",
@@ -299,15 +302,15 @@ def read_header(table: Rows, *, rate_is_given: bool = False) -> Columns:
     roles = set(columns.roles.values())
     titled_points = coordinates(["" if k in roles else title for k, title in enumerate(table.header)])
     groups = {point for point, *_ in titled_points}
-    each = [point for point in groups if len(groups) == 1 or _POSITION.fullmatch(f" {point}")]
+    positions = [point for point in groups if len(groups) == 1 or _POSITION.fullmatch(f" {point}")]
     if (
-        "point" in columns.roles and len(each) == 1 and "" not in groups
-    ):  # pos_x, pos_y, pos_z of each, with rot_x or without
-        titled_points = [("" if one[0] in each else one[0], *one[1:]) for one in titled_points]
+        "point" in columns.roles and len(positions) == 1 and "" not in groups
+    ):  # pos_x, pos_y, pos_z of each point, with or without rot_x
+        titled_points = [("" if entry[0] in positions else entry[0], *entry[1:]) for entry in titled_points]
     is_long = any(not point for point, *_ in titled_points)
     read = roles | {column for *_, column in titled_points}
     unread = [title for k, title in enumerate(table.header) if title and k not in read]
-    if not is_long and "point" in columns.roles:  # a name of the trial, say
+    if not is_long and "point" in columns.roles:  # for example, the name of the trial
         unread.append(table.header[columns.roles.pop("point")])
     for point, axis, unit, column in titled_points:
         if bool(point) == is_long:
@@ -316,7 +319,7 @@ def read_header(table: Rows, *, rate_is_given: bool = False) -> Columns:
         axes = columns.axes.setdefault(point, {})
         if axis in axes:
             raise damaged(
-                twice,
+                duplicate,
                 location,
                 received=f"{table.header[axes[axis]]} and {table.header[column]}",
                 code="column_twice",
@@ -329,7 +332,7 @@ def read_header(table: Rows, *, rate_is_given: bool = False) -> Columns:
             raise damaged(
                 f"the point {point!r} lacks an axis" if point else "an axis is missing",
                 location,
-                "x, y and z; keypoints of a film go to `reconstruct`",
+                "x, y and z; run `reconstruct` on keypoints of a video",
                 ", ".join(sorted(axes)),
                 code="missing_axis",
                 point=point,
@@ -340,15 +343,15 @@ def read_header(table: Rows, *, rate_is_given: bool = False) -> Columns:
         raise damaged(
             "the header names no points",
             location,
-            "columns such as head_x, head_y, head_z; or joint, x, y, z; keypoints of a film go to `reconstruct`",
+            "columns head_x, head_y, head_z…, or joint, x, y, z; run `reconstruct` on keypoints of a video",
             beginning,
             code="no_points",
         )
     if not {"time", "frame"} & set(columns.roles) and (is_long or not rate_is_given):
         raise damaged(
-            "there is no column of times or frame numbers",
+            "the table has no column of times or frame numbers",
             location,
-            "time or frame" + ("" if is_long else ", or the option frame_rate_hz: a row is a frame then"),
+            "time or frame" + ("" if is_long else ", or the option frame_rate_hz, if each row is a frame"),
             beginning,
             code="no_times",
         )
@@ -359,7 +362,7 @@ def read_header(table: Rows, *, rate_is_given: bool = False) -> Columns:
 
 
 def _drop_rotations(columns: Columns, unread: list[str], header: list[str]) -> None:
-    """Keep the positions of a table that says of each point which columns are its position and which its rotation."""
+    """Drop rotation columns and shorten names of position columns, in a table that labels both."""
     positions = {name: _POSITION.sub("", name) for name in columns.axes if _POSITION.search(name)}
     if len(set(positions.values())) < len(positions) or set(positions.values()) & set(columns.axes):
         return
@@ -370,9 +373,9 @@ def _drop_rotations(columns: Columns, unread: list[str], header: list[str]) -> N
 
 
 def set_to_seconds(table: Rows, column: int) -> None:
-    """Write the times of the rows as seconds, in place: from dates, or parts of a second if the title says so.
+    """Convert the times of the rows to seconds, in place, from dates or from the parts of a second in the title.
 
-    Those of a calendar are counted from the first.
+    Calendar times are counted from the first time.
     """
     words = [word.replace(",", ".") if table.decimal_comma else word for word in table.texts(column)]
     title = role_of(table.header[column])[1]
@@ -388,10 +391,10 @@ def set_to_seconds(table: Rows, column: int) -> None:
         times = np.array(list(map(number, words)))
     first = times[0] if len(times) and 1e9 <= abs(times[0]) < np.inf else 0.0
     unique = np.unique(times[np.isfinite(times)]) - first
-    # More than numbers of a table may be.
+    # Such large numbers cannot be seconds.
     large = scale == 1.0 and len(unique) > 1 and unique[-1] >= 1e9
     if large and (unit := unit_of_times(np.median(np.diff(unique)))):
-        table.notes.append(Remark(f"The times are taken as {unit[0]}.", "times"))
+        table.notes.append(Remark(f"The times are read as {unit[0]}.", "times"))
         scale, digits = 1 / unit[1], 9
     if scale == 1.0 and not first:
         return
@@ -404,19 +407,19 @@ def set_to_seconds(table: Rows, column: int) -> None:
 
 
 def unit_of_length(table: Rows, columns: Columns, otherwise: str) -> str:
-    """Unit of length that the header or a column of units names; else `otherwise`.
+    """Unit of length from the header or a column of units, or else `otherwise`.
 
     Raises
     ------
     InvalidInput
-        If there is more than one.
+        If there is more than one unit.
     """
     declared = set(columns.units)
     if "unit" in columns.roles:
         declared |= {unit_of(cell) for cell in table.texts(columns.roles["unit"])}
     if len(declared) > 1:
         raise damaged(
-            "the unit of length is not the same throughout",
+            "the table has several units of length",
             table.where,
             "one unit",
             ", ".join(sorted(declared)),

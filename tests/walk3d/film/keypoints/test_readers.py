@@ -619,7 +619,7 @@ def test_raw_and_smoothed_points_are_one_person_s(
     found = keypoints.read(tmp_path / "a.csv")
     assert (found.names, found.identity.tolist()) == (tuple(parts), ["", ""])
     np.testing.assert_array_equal(found.points, [[[1, 2]] * 2] * 2)
-    assert found.notes[0].startswith("Columns that are there smoothed or filtered, too, are not read: ")
+    assert found.notes[0].startswith("Raw columns with a smoothed or filtered copy are not read: ")
 
 
 @pytest.mark.parametrize(
@@ -714,7 +714,7 @@ def test_trc_in_pixels_whose_rows_are_two_frames_apart(tmp_path: Path) -> None:
     found = keypoints.read(path)
     assert (found.frame_rate_hz, found.n_frames, found.frame.tolist()) == (30.0, 20, list(range(20)))
     assert found.notes == (
-        "Rows are 2 frames apart throughout: their rate, 30 Hz, counts, not 60 Hz as the header or the option says.",
+        "All rows are 2 frames apart: their rate of 30 Hz is used instead of 60 Hz from the header or the option.",
     )
     path.write_text(head + "1\t0.1\t5\t6\t0\n2\t0.1\t7\t8\t0\n", encoding="utf-8")
     found = keypoints.read(path)
@@ -825,7 +825,7 @@ def test_pixels_with_their_unit_and_titles_again(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text(text, encoding="utf-8")
     found = keypoints.read(tmp_path / "a.csv")
     assert (found.frame.tolist(), found.points[:, 0].tolist()) == ([0, 2], [[312, 1], [5, 7]])
-    assert found.notes[0] == "The titles stand again below: are several tables in one?"
+    assert found.notes[0] == "The titles are repeated below: does the file contain several tables?"
 
 
 def test_a_folder_of_several_tables_is_refused(tmp_path: Path) -> None:
