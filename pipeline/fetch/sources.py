@@ -169,6 +169,7 @@ def _selected(rows: list[dict[str, str]], only: Sequence[str] | None) -> list[di
                 "the table of sources has nothing of that name",
                 expected=f"a source ({', '.join(sources)}) or a path",
                 received=pattern,
+                typed=True,
                 code="nothing_listed",
                 sources=sources,
                 wanted=pattern,

@@ -105,6 +105,7 @@ def of_one_person(
             f"the file holds {len(found)} people: choose one by subject= (in runs data.subject=)",
             expected=" or ".join(listed[:10]),
             received=subject or "none",
+            typed=True,
             code="several_people",
             people=list(listed),
             subject=subject,

@@ -65,6 +65,7 @@ def chosen(name: str) -> SourceMapping | None:
         f"{listed} or a path.yaml",
         name[:60],
         code="unknown_option",
+        typed=True,
         value=name,
     )
 

@@ -90,7 +90,7 @@ class AverageWalkerErrors(Sweep):
         if self.walker:
             if not Path(self.walker).is_file():
                 raise InvalidInput(
-                    "there is no such file", "sweep.walker", received=self.walker, code="no_file"
+                    "there is no such file", "sweep.walker", received=self.walker, code="no_file", typed=True
                 )
             return {"walker": Path(self.walker)}
         return {"walker": find_here(AVERAGE, data).path}

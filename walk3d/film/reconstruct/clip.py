@@ -230,7 +230,7 @@ def _chosen(frames: str, frame: np.ndarray, rate: float) -> np.ndarray:
     if not used.any():
         raise InvalidInput(
             "no frame is left", "input.frames", f"frames from {frame.min():.0f} to {frame.max():.0f}",
-            frames, code="no_frames"
+            frames, code="no_frames", typed=True
         )  # fmt: skip
     return used
 
@@ -329,5 +329,10 @@ def choose(tracks: list[Track], person: str) -> Track:
         return tracks[int(person) - 1]
     listed = sorted({track.identity for track in tracks if track.identity}) or [f"1 to {len(tracks)}"]
     raise InvalidInput(
-        "there is no such person", "input.person", ", ".join(listed), person, code="unknown_person"
+        "there is no such person",
+        "input.person",
+        ", ".join(listed),
+        person,
+        code="unknown_person",
+        typed=True,
     )
