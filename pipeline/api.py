@@ -71,8 +71,8 @@ def joints(
     Raises
     ------
     InvalidInput
-        If `motion` is not from `read`, no mapping gives its legs and pelvis, `subject` is needed, `up` is not an axis,
-        or the joints do not form a human body.
+        If `motion` is not from `read`, or `up` is not an axis.  Also if no mapping gives legs and pelvis, `subject` is
+        needed, or the joints do not form a human body.
     """
     if not isinstance(motion, MotionCapture):
         raise InvalidInput(
@@ -175,7 +175,7 @@ def from_view(
     model : LinearModel
         Model of other walkers.
     walk : FourierRepresentation
-        Walk, of which only the image at the view angle is used.
+        Walk; only its image at the view angle is used.
     view_angle_deg : float
     hidden : sequence of str
         Joints that are not visible in the image: all three of their coordinates are reconstructed.
@@ -185,8 +185,8 @@ def from_view(
     Raises
     ------
     InvalidInput
-        If an argument is out of range, a hidden joint is unknown, all joints are hidden, walk and model differ in
-        unit, or the model was learnt from this walk.
+        If an argument is out of range, a hidden joint is unknown, or all joints are hidden.  Also if walk and model
+        differ in unit, or the model was learnt from this walk.
     """
     for joint in hidden:
         require_choice("hidden", joint, WALKER15.joints)

@@ -30,7 +30,7 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 CAN_FORK = sys.platform == "linux"
-"""Whether helpers can be forked: on other systems fork is missing, or breaks the linear-algebra libraries."""
+"""Availability of forked helpers; on other systems fork is missing, or breaks the linear-algebra libraries."""
 
 _MAX_BLOCKS = 1000
 """Maximum number of blocks in the queue: at four bytes each, all of them fit into the smallest pipe."""

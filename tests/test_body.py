@@ -175,7 +175,7 @@ def test_no_size_at_all_is_refused() -> None:
 def test_a_length_just_beyond_the_bound_does_not_print_alike() -> None:
     clip = overground(2).positions.copy()
     clip *= 1300.4 / walking.leg_length(clip)
-    with pytest.raises(InvalidInput, match=r"expected legs of 300 to 1300 mm, received 1300\.4 mm"):
+    with pytest.raises(InvalidInput, match=r"expected legs of 300 to 1300 mm, found 1300\.4 mm"):
         accept(clip)
 
 

@@ -290,7 +290,7 @@ def test_a_plug_in_that_fails_to_import_is_one_sentence(
     """Commands and figures that need none run with a remark; a method that is not there names the plug-in."""
     answer = say("equations", "zhang2004")
     assert answer.status == 0
-    assert answer.err.startswith("the plug-in broken is left out: it cannot be loaded (ModuleNotFoundError")
+    assert answer.err.startswith("the plug-in broken is ignored: it cannot be loaded (ModuleNotFoundError")
     figure = ("experiment=zhang2007_fig2", "scale=smoke", "figure.picture=false", f"results={tmp_path}")
     answer = say(*figure)
     assert (answer.status, len(answer.err.splitlines())) == (0, 1)
@@ -315,7 +315,8 @@ def test_a_plug_in_takes_the_place_of_no_command(
 ) -> None:
     installed(monkeypatch, commands={"verify": f"{__name__}:stop"})
     answer = say("verify", "anything")
-    assert (answer.status, answer.err) == (1, "more: there is another command 'verify'\n")
+    words = "more: the plug-in has a command 'verify', but another command has this name\n"
+    assert (answer.status, answer.err) == (1, words)
 
 
 def test_a_command_without_help_is_listed(monkeypatch: pytest.MonkeyPatch, say: Callable[..., Said]) -> None:

@@ -133,7 +133,7 @@ def test_a_walk_is_reconstructed_and_what_is_not_written_is_said(base: Environme
 def test_recordings_are_inspected_and_exported(base: Environment, walks: Path) -> None:
     said = base.run(walks, "-m", "pipeline", "inspect", "my_walks")
     assert (said.returncode, said.stderr) == (0, "")
-    assert "4 of 4 files hold walks" in said.stdout
+    assert "4 of 4 files contain walks" in said.stdout
     said = base.run(walks, "-m", "pipeline", "export", "my_walks/p0.c3d", "skeleton=auto", "to=p0.csv")
     assert (said.returncode, said.stderr) == (0, "")
     said = base.run(walks, "-m", "pipeline", "pointlight", "my_walks/p0.c3d", "to=p0.svg")

@@ -194,7 +194,7 @@ def _reject_additions(options: Any, path: str) -> None:
 def _unknown_option(kind: type[Any], key: str) -> InvalidInput:
     """Return the error for a full key that is not an option of a class."""
     names = [field.name for field in fields(kind)]
-    expected = "one of " + ", ".join(names) if names else "no option: this group has none"
+    expected = "one of " + ", ".join(names) if names else "no option (this group is empty)"
     unknown = InvalidInput("there is no such option", key, expected, code="unknown_option")
     return earlier_names().option_rejection(kind, key) or unknown
 

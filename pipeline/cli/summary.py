@@ -95,8 +95,8 @@ def summarise(
     `seconds` is the duration of the whole run.
     """
     figures = Table(title="Figures", title_justify="left", box=None, pad_edge=False)
-    for heading in ("figure", "seconds", "of which figure", "processor", "reused", "folder", "files"):
-        numeric = heading in ("seconds", "of which figure", "processor")
+    for heading in ("figure", "seconds", "figure stage", "processor", "reused", "folder", "files"):
+        numeric = heading in ("seconds", "figure stage", "processor")
         figures.add_column(heading, justify="right" if numeric else "left")
     for outcome in outcomes:
         files = sorted(p.name for p in outcome.folder.iterdir() if p.suffix in {".rrd", ".svg", ".png"})

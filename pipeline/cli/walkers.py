@@ -251,7 +251,7 @@ def keypoint_walk(folder: Path, *, harmonics: int = 2) -> Walk:
     Raises
     ------
     InvalidInput
-        If there is no walk, it is shorter than a stride, or ``reconstruct`` did not write the files.
+        If the folder has no walk, or it is shorter than a stride, or the files do not come from ``reconstruct``.
     """
     stretches = read_one(folder / SUMMARY, _stretches)
     positions, rate, (strides, locomotion) = read_one(folder / "joints.csv", _longest, stretches=stretches)

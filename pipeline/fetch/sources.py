@@ -175,6 +175,7 @@ def _selected(rows: list[dict[str, str]], only: Sequence[str] | None) -> list[di
                 "the table of sources has no such source or path",
                 expected=f"a source ({', '.join(sources)}) or a path",
                 received=pattern,
+                typed=True,
                 code="nothing_listed",
                 sources=sources,
                 wanted=pattern,

@@ -252,7 +252,9 @@ def folder_clips(
         files = sorted(p for p in folder.glob(pattern) if p.is_file() and not p.name.startswith("."))
     except (ValueError, NotImplementedError, IndexError):  # the error of glob depends on the Python version
         message = "must be a pattern such as **/*.c3d"
-        raise InvalidInput(message, "data.pattern", received=pattern, code="bad_pattern") from None
+        raise InvalidInput(
+            message, "data.pattern", received=pattern, code="bad_pattern", typed=True
+        ) from None
     readable = [p for p in files if formats.is_recording(p)]
     if not readable:
         raise InvalidInput(
@@ -266,7 +268,7 @@ def folder_clips(
         names = re.compile(person)
     except re.error as error:
         message = f"not a regular expression: {error}"
-        raise InvalidInput(message, "data.person", received=person, code="bad_pattern") from None
+        raise InvalidInput(message, "data.person", received=person, code="bad_pattern", typed=True) from None
     clips = []
     for file in readable:
         name = file.relative_to(folder).as_posix()

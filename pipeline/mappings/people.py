@@ -106,6 +106,7 @@ def of_one_person(
             f"the file has {len(by_person)} people: select one with subject= (in runs data.subject=)",
             expected=" or ".join(names[:10]),
             received=subject or "none",
+            typed=True,
             code="several_people",
             people=list(names),
             subject=subject,

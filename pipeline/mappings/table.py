@@ -66,6 +66,7 @@ def chosen(name: str) -> SourceMapping | None:
         f"{names}, or the path of a YAML file",
         name[:60],
         code="unknown_option",
+        typed=True,
         value=name,
     )
 

@@ -132,8 +132,8 @@ def of_rows(names: Sequence[str], rows: Sequence[Sequence[Any]]) -> dict[str, li
 def read(path: Path, *, sha256: str | None = None) -> dict[str, np.ndarray]:
     """Return the columns of a table, in file order.
 
-    A column is int64 if every cell is an integer without leading zeros, else float64 if every cell is a number or empty
-    (NaN), bool if every cell is ``True`` or ``False``, else text.  Floats without fractions are thus read as int64, and
+    A column of integers without leading zeros is int64, another column of numbers and empty cells (NaN) is float64.  A
+    column of ``True`` and ``False`` is bool, any other text.  Floats without fractions are thus read as int64, and
     ``02`` stays text.
 
     Raises
@@ -178,7 +178,7 @@ Table = Mapping[str, np.ndarray]
 
 
 def compare(
-    one: Path | Table, other: Path | Table, *, relative: float = 1e-6, absolute: float = 1e-9
+    first: Path | Table, other: Path | Table, *, relative: float = 1e-6, absolute: float = 1e-9
 ) -> list[str]:
     """Return the first differing cells of two tables, one sentence each; an empty list if the tables agree.
 
@@ -190,11 +190,11 @@ def compare(
     InvalidInput
         As `read`.
     """
-    a, b = (read(table) if isinstance(table, Path) else table for table in (one, other))
+    a, b = (read(table) if isinstance(table, Path) else table for table in (first, other))
     if complaint := _unlike(a, b):
         return [complaint]
     differences = [
-        (i, f"line {i + 2}, {name}: {a[name][i]} differs from {b[name][i]}")
+        (i, f"line {i + 2}, {name}: {a[name][i]} is not {b[name][i]}")
         for name in a
         for i in np.flatnonzero(needed(a[name], b[name], absolute) > relative)
     ]
@@ -206,7 +206,7 @@ def compare(
 
 
 def relative_differences(
-    one: Path | Table, other: Path | Table, *, absolute: float = 1e-9
+    first: Path | Table, other: Path | Table, *, absolute: float = 1e-9
 ) -> dict[str, float]:
     """Return the smallest ``relative`` at which `compare` accepts each column; infinite if no value does.
 
@@ -215,7 +215,7 @@ def relative_differences(
     InvalidInput
         As `read`.
     """
-    a, b = (read(table) if isinstance(table, Path) else table for table in (one, other))
+    a, b = (read(table) if isinstance(table, Path) else table for table in (first, other))
     if _unlike(a, b):
         return dict.fromkeys(a, np.inf)
     return {name: float(needed(a[name], b[name], absolute).max(initial=0.0)) for name in a}

@@ -103,19 +103,19 @@ def test_help_on_a_terminal_that_knows_only_ascii() -> None:
     [
         (["frobnicate"], ["command is unknown", "figures", "verify", "frobnicate"]),
         (["=3"], ["command is unknown"]),
-        (["scale=smoke"], ["no experiment is chosen", *presets()]),
-        (["experiment=zhang2007_fig9"], ["experiment:", "zhang2007_fig5", "received zhang2007_fig9"]),
+        (["scale=smoke"], ["no experiment is named", *presets()]),
+        (["experiment=zhang2007_fig9"], ["experiment:", "zhang2007_fig5", "got zhang2007_fig9"]),
         (["experiment=zhang2007_fig5", "model.component=3"], ["model.component:", "components"]),
         (["experiment=zhang2007_fig5", "model.components=x"], ["model.components:", "Integer"]),
         (["figures", "workers=two"], ["workers:", "two", "Integer"]),
         (["experiment=zhang2007_fig5", "+x=1"], ["x:", "no such option"]),
         (["experiment=zhang2007_fig5", "model.components=1,2"], ["-m in front"]),
-        (["figures", "data=nowhere"], ["data:", "synthetic", "received nowhere"]),
+        (["figures", "data=nowhere"], ["data:", "synthetic", "got nowhere"]),
         (["figures", "walk"], ["not an override", "walk"]),
         (["claims", "zhang2007_fig9"], ["experiment must be one of", "zhang2007_fig5", "got zhang2007_fig9"]),
         (["model", "training.components=x"], ["training.components must be a whole number", "got x"]),
-        (["claims", "scale=huge"], ["scale:", "full", "received huge"]),
-        (["claims", "scale=0"], ["scale:", "full", "received 0"]),
+        (["claims", "scale=huge"], ["scale:", "full", "got huge"]),
+        (["claims", "scale=0"], ["scale:", "full", "got 0"]),
         (["verify"], ["no archive is named"]),
         (["verify", "results/archive/nowhere"], ["nowhere"]),
         (["equations", "newton1687"], ["the paper must be one of", "zhang2004", "newton1687"]),
@@ -136,7 +136,7 @@ def test_a_wrong_command_is_answered_in_one_sentence(
     [
         ([], "no figure is named"),
         (["zhang2007_fig55"], "experiment must be one of"),
-        (["zhang2007_fig5", "results=nowhere"], "no such recording yet"),
+        (["zhang2007_fig5", "results=nowhere"], "the recording does not exist"),
     ],
 )
 def test_what_cannot_be_viewed_is_said_in_one_sentence(
@@ -193,8 +193,8 @@ def test_the_equations_are_printed_with_their_homes(say: Callable) -> None:
         ("zhang2007_fig5", "dataset.origin=moon", ["pelvis_mean, floor"]),
         ("zhang2007_fig5", "data.population=0", ["data.population"]),
         ("zhang2007_fig5", "data.walkers=-1", ["data.walkers"]),
-        ("zhang2007_fig5", "data.walkers=1", ["at least three walkers", "received 1"]),
-        ("zhang2007_fig5", "data.walkers=2", ["at least three walkers", "received 2"]),
+        ("zhang2007_fig5", "data.walkers=1", ["at least three walkers", "found 1"]),
+        ("zhang2007_fig5", "data.walkers=2", ["at least three walkers", "found 2"]),
         ("zhang2007_fig5", "data.duration_s=0.2", ["duration_s", "at least"]),
         ("zhang2007_fig5", "data.marker_noise_mm=-1", ["marker_noise_mm must be at least 0"]),
         ("zhang2007_fig5", "workers=0", ["workers must be at least 1 (got 0)"]),
@@ -265,7 +265,7 @@ def test_three_walkers_are_too_few_for_the_anatomical_prior(
 ) -> None:
     said = say(f"experiment={figure}", *QUICK, f"results={smoke_cache}", "data.walkers=3")
     assert said.status == 1
-    assert_one_sentence(said.err, "received 3")
+    assert_one_sentence(said.err, "found 3")
 
 
 @pytest.mark.parametrize(
@@ -458,7 +458,7 @@ def test_one_bad_clip_among_good_ones_is_listed_with_its_reason(
     write(people, walks)
     said = say(*of_folder(walks, tmp_path / "results"))
     assert (said.status, said.err) == (0, "")
-    assert "1 of 5 clips refused, with reasons, in table_ingest.csv" in said.out
+    assert "1 of 5 clips are rejected; table_ingest.csv has the reasons" in said.out
     report = ingest_report(tmp_path / "results")
     (bad,) = [row for name, row in report.items() if name.startswith("bad_1")]
     assert bad["verdict"] == "refused"
@@ -543,7 +543,7 @@ def test_metres_that_are_said_to_be_metres_are_read(
     metres(people, walks)
     overrides = ["data.pattern=bad*", "data.units=m", "data.walkers=0"]
     said = say(*of_folder(walks, tmp_path / "results", *overrides))
-    assert_one_sentence(said.err, "three walkers", "received 1")  # it was kept: there is only one
+    assert_one_sentence(said.err, "three walkers", "found 1")  # it was kept: there is only one
 
 
 @pytest.mark.parametrize(
@@ -611,7 +611,7 @@ def test_a_listed_recording_that_is_not_here_is_listed_as_such(
     assert (said.status, said.err) == (0, "")
     report = ingest_report(tmp_path / "results")
     assert "not on this machine" in report["gone_1"]["reason"]
-    assert "1 of 5 clips refused" in said.out
+    assert "1 of 5 clips are rejected" in said.out
 
 
 @pytest.mark.parametrize("place", ["data.raw", "data.mirror"])
@@ -637,7 +637,7 @@ def test_a_listed_recording_that_was_changed_is_refused_and_the_others_are_used(
         "bela_1.csv: the file is not the recording that the table lists"
     )
     assert f"expected sha256 {hashlib.sha256(content).hexdigest()[:12]}…" in report["bela_1"]["reason"]
-    assert "1 of 4 clips refused" in said.out
+    assert "1 of 4 clips are rejected" in said.out
 
 
 def sources(folder: Path, walks: Path, *gone: str) -> Path:
@@ -1061,7 +1061,7 @@ def test_a_refusal_survives_the_way_back_from_another_process() -> None:
     import pickle
 
     refusal = pickle.loads(pickle.dumps(InvalidInput("no", where="here", expected="yes", received="no")))
-    assert (str(refusal), refusal.where) == ("here: no (expected yes, received no)", "here")
+    assert (str(refusal), refusal.where) == ("here: no (expected yes, found no)", "here")
 
 
 def test_help_of_reconstruct_names_every_option_and_no_other(say: Callable) -> None:

@@ -73,7 +73,7 @@ def listing(name: str) -> Callable[[Path], None]:
 
 
 MANIFESTS: dict[str, tuple[Callable[[Path], Any], str]] = {
-    "deep": (lambda folder: (folder / MANIFEST).write_text("[" * 200_000), "nested more than 64 deep"),
+    "deep": (lambda folder: (folder / MANIFEST).write_text("[" * 200_000), "nested more than 64 levels deep"),
     "pipe": (_as_pipe, "it is not a regular file"),
     "of another type": (sealed_with(stages=[3]), "other entries than expected"),
     "of other stages": (sealed_with(stages={"sweep": 3}), "other entries than expected"),

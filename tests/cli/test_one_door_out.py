@@ -233,7 +233,7 @@ def test_it_may_be_written_again_where_it_wrote_before(
     names = written(case, tmp_path / "own", given, say, monkeypatch)
     said = call(case, tmp_path / "own", given, say)
     if WRITES[command] == "file":
-        assert "the file exists, so it is not replaced" in said.err
+        assert "the file is not replaced, since it exists" in said.err
         plain = case.arguments
         said = call(Case(lambda to, given: [*plain(to, given), "replace=true"]), tmp_path / "own", given, say)
     assert (said.status, said.err) == (0, "")

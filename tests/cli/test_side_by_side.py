@@ -93,7 +93,7 @@ def test_a_worker_that_dies_is_named_and_the_others_go_on(
         said = say(*arguments)
     assert said.status == 1
     assert said.err.strip() == (
-        "refused (zhang2007_fig5): the process that made it ended by signal 9; "
+        "not made (zhang2007_fig5): the process that made it ended by signal 9; "
         "finished stages are kept: the same command continues"
     )
     assert {path.parent.name for path in tmp_path.glob("scratch/*/*/table.csv")} == {
@@ -120,7 +120,7 @@ def test_a_bug_in_one_figure_is_shown_and_the_others_go_on(
         )  # fmt: skip
         assert said.status == 1
         assert "Traceback" in said.err
-        assert said.err.splitlines()[-1] == "refused (zhang2007_fig5): ZeroDivisionError: a bug"
+        assert said.err.splitlines()[-1] == "not made (zhang2007_fig5): ZeroDivisionError: a bug"
         assert "zhang2007_fig2" in said.out
 
 

@@ -198,7 +198,7 @@ def test_a_figure_is_there_before_its_further_populations(
             attempt(few, folder, lambda _: None)  # the first of a sweep
     assert {"table.csv", "claims.csv"} < set(read_manifest(folder)["files"])
     found = state_of(few, folder)
-    assert (found.state, found.why) == ("stale", "figure: without further populations yet")
+    assert (found.state, found.why) == ("stale", "figure: further populations are missing")
     make_figure(few, folder, store=Store(tmp_path), early=True)
     assert state_of(few, folder).state == "current"
     assert (folder / "table_populations.csv").is_file()

@@ -60,10 +60,10 @@ def test_figures_are_made_again_and_agree(
     assert command("verify")([str(archived), "rerun=1"]) == 0
     assert sorted(names) == ["mozerov2006_fig1 synthetic full", "zhang2007_fig5 synthetic full"]
     said = capsys.readouterr().out
-    assert "every file is as it was kept" in said
+    assert "every file is unchanged" in said
     assert {(one.seed, one.data.walkers, one.figure.picture) for one in asked} == {(5, 7, False)}
     assert said.count("tables agree") == 2
-    assert "made by ffffffffffff, computed again by" in said
+    assert "made by commit ffffffffffff, computed again by" in said
 
 
 def test_one_that_differs_is_named_and_the_status_says_so(

@@ -220,7 +220,7 @@ def test_a_walk_just_beyond_a_bound_is_told_apart_from_it(decimals: int) -> None
     share = steady(motion, residual_share=1.0).row["residual_share"]
     bound = np.floor(share * 10**decimals) / 10**decimals
     reason = steady(motion, residual_share=bound).row["reason"]
-    (expected, received) = re.findall(r"expected ([0-9.]+) or less, received ([0-9.]+)", reason)[0]
+    (expected, received) = re.findall(r"expected ([0-9.]+) or less, found ([0-9.]+)", reason)[0]
     assert float(expected) == bound < float(received)
 
 

@@ -105,7 +105,7 @@ def test_a_claim_that_only_the_new_figure_has_is_named(kept: Path, tmp_path: Pat
         ({**CLAIM, "beyond_baseline": ["no", "worse"]}, "one, beyond_baseline: yes is not no"),
         ({**CLAIM, "value": [20.1, np.nan]}, "one: 20 is not 20.1"),
         ({**CLAIM, "value": [np.nan, np.nan]}, "one: 20 is not nan"),
-        ({name: values[:1] for name, values in CLAIM.items()}, "two: not there"),
+        ({name: values[:1] for name, values in CLAIM.items()}, "two: missing"),
     ],
 )
 def test_another_verdict_or_value_is_named(
@@ -125,7 +125,7 @@ def test_claims_of_another_rule_are_refused(kept: Path, tmp_path: Path) -> None:
 def test_other_rows_are_a_difference_and_no_tables_are_refused(kept: Path, tmp_path: Path) -> None:
     longer = {"method": ["map", "null", "more"], "error_mm": [20.0, 30.0, 40.0]}
     found = compare_again(kept, figure(tmp_path / "made" / "zhang2007_fig5", longer))
-    assert "rows differ in number: 2 is not 3" in found[0].complaints
+    assert "the numbers of rows differ: 2 and 3" in found[0].complaints
     empty = tmp_path / "archive" / "zhang2007_fig6"
     empty.mkdir()
     with rejects("no_table", "zhang2007_fig6"):

@@ -157,7 +157,7 @@ def test_verify_notices_a_file_changed_together_with_its_checksum(make: Make, ke
     table.write_text("better numbers")
     sums = kept / "SHA256SUMS"
     sums.write_text(sums.read_text().replace(before, digest(table.read_bytes())))
-    assert archive.verify(kept) == ["SHA256SUMS: not what manifest.json recorded"]
+    assert archive.verify(kept) == ["SHA256SUMS: differs from manifest.json"]
 
 
 @pytest.mark.parametrize(
@@ -210,7 +210,7 @@ def test_results_made_otherwise_are_refused(
         (lambda f: os.truncate(f / "recording.rrd", 3), "recording.rrd has 3 bytes, not"),
         (
             lambda f: (f / "table.csv").write_bytes((f / "table.csv").read_bytes()[::-1]),
-            "table.csv sha256 differs",
+            "the sha256 of table.csv differs",
         ),
     ],
 )

@@ -331,7 +331,7 @@ def test_a_flipped_byte_is_noticed_set_aside_and_computed_again(tmp_path: Path) 
             again = Store(tmp_path).artefact("model", Options(), [], Work())
             same(again, reference)
             if name == "arrays.npz":
-                assert again.why == "artefact damaged: arrays.npz sha256 differs"
+                assert again.why == "artefact damaged: the sha256 of arrays.npz differs"
             elif again.computed:
                 assert again.why.startswith("artefact damaged: manifest.json ")
             else:  # a blank for another: the manifest says what it said
@@ -350,8 +350,8 @@ def test_a_flipped_byte_is_noticed_set_aside_and_computed_again(tmp_path: Path) 
         (lambda f: (f / "manifest.json").unlink(), "manifest.json is missing"),
         (lambda f: (f / "arrays.npz").unlink(), "arrays.npz is missing"),
         (lambda f: os.truncate(f / "arrays.npz", 100), "arrays.npz has 100 bytes, not "),
-        (lambda f: os.truncate(f / "manifest.json", 100), "manifest.json cannot be understood"),
-        (lambda f: (f / "manifest.json").write_text("[]"), "manifest.json cannot be understood"),
+        (lambda f: os.truncate(f / "manifest.json", 100), "manifest.json is not valid JSON"),
+        (lambda f: (f / "manifest.json").write_text("[]"), "manifest.json has missing or unexpected entries"),
     ],
 )
 def test_a_half_made_artefact_is_computed_again(
@@ -385,9 +385,7 @@ def test_nothing_is_ever_unpickled(tmp_path: Path) -> None:
         del facts[added]
     sealed_folders.write_manifest(folder, facts)  # the seal is right, and still
     again = Store(tmp_path).artefact("model", {}, [], Work())
-    assert again.why.startswith(
-        "artefact damaged: arrays.npz cannot be understood: ValueError('Object arrays"
-    )
+    assert again.why.startswith("artefact damaged: arrays.npz cannot be read: ValueError('Object arrays")
     same(again, reference)
 
 
@@ -839,12 +837,15 @@ def test_complaints_name_every_file(tmp_path: Path) -> None:
     content = (figure / "table.csv").read_bytes()
     (figure / "table.csv").write_bytes(content[::-1])
     (figure / "figure.svg").unlink()
-    assert complaints_about(figure) == ["figure.svg is missing", "table.csv sha256 differs"]
+    assert complaints_about(figure) == ["figure.svg is missing", "the sha256 of table.csv differs"]
     sealed_ns = (figure / "manifest.json").stat().st_mtime_ns
     os.utime(figure / "table.csv", ns=(sealed_ns, sealed_ns))
     assert complaints_about(figure, hashes=False) == ["figure.svg is missing"]
     os.utime(figure / "table.csv", ns=(sealed_ns, sealed_ns + 1))
-    assert complaints_about(figure, hashes=False) == ["figure.svg is missing", "table.csv sha256 differs"]
+    assert complaints_about(figure, hashes=False) == [
+        "figure.svg is missing",
+        "the sha256 of table.csv differs",
+    ]
     assert not is_complete(figure)
     assert not is_complete(tmp_path / "nowhere")
 

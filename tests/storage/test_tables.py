@@ -126,7 +126,7 @@ def test_minus_zero_is_zero(tmp_path: Path) -> None:
         ({"a": [1, 2], "b": [1]}, [], "other_length", {"lengths": {"a": 2, "b": 1}}),
         ({"a": [1]}, ["b"], "no_column", {"column": "b"}),
         ({"a": [[1, 2]]}, [], "wrong_shape", {"column": "a"}),
-        ({"a": ["x", 1]}, [], "mixed_types", {"column": "a", "type": "text and other things"}),
+        ({"a": ["x", 1]}, [], "mixed_types", {"column": "a", "type": "text and other types"}),
         ({"a": [None, 1.0]}, [], "mixed_types", {"column": "a", "type": "object"}),
         ({"a": [1j]}, [], "mixed_types", {"column": "a", "type": "complex128"}),
         ({"": [1]}, [], "no_name", {}),
@@ -205,10 +205,10 @@ def test_compare_names_the_cells_that_differ(tmp_path: Path) -> None:
     assert against(method=["map", "ls", "ls"]) == ["line 3, method: map is not ls"]
     assert against(angle=[0.0, 1.5, 2.0]) == ["line 3, angle: 1 is not 1.5"]
     assert against(more=[1, 2, 3]) == [
-        "columns differ: angle, error, method is not angle, error, method, more"
+        "the columns differ: angle, error, method and angle, error, method, more"
     ]
     tables.write(tmp_path / "c.csv", {k: v[:2] for k, v in base.items()}, sort_by=[])
-    assert tables.compare(tmp_path / "a.csv", tmp_path / "c.csv") == ["rows differ in number: 3 is not 2"]
+    assert tables.compare(tmp_path / "a.csv", tmp_path / "c.csv") == ["the numbers of rows differ: 3 and 2"]
 
 
 def test_the_relative_difference_is_the_least_tolerance_that_compare_accepts(tmp_path: Path) -> None:

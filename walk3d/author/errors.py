@@ -90,7 +90,11 @@ class AverageWalkerErrors(Sweep):
         if self.walker:
             if not Path(self.walker).is_file():
                 raise InvalidInput(
-                    "the file does not exist", "sweep.walker", received=self.walker, code="no_file"
+                    "the file does not exist",
+                    "sweep.walker",
+                    received=self.walker,
+                    code="no_file",
+                    typed=True,
                 )
             return {"walker": Path(self.walker)}
         return {"walker": find_here(AVERAGE, data).path}

@@ -150,6 +150,7 @@ def make(arguments: Sequence[str]) -> tuple[Path, str]:
             "a .gif, which `ffmpeg -i walker.gif walker.mp4` converts; or .svg, .csv, .ptd, .mm",
             options.to,
             code="no_films",
+            typed=True,
         )
     target = target_file(options.to, SUFFIXES, USAGE, source, replace=options.replace)
     walk = _walk(kind, Path(source), options)

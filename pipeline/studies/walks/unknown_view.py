@@ -112,6 +112,7 @@ class UnknownView(Sweep):
                     WHOLE_CIRCLE_DEG,
                     self.angle_range_deg,
                     code="whole_circle_only",
+                    typed=True,
                 )
 
     def with_methods(self, names: Sequence[str]) -> UnknownView:

@@ -239,7 +239,7 @@ def test_inspect_says_that_files_of_one_name_need_the_person(walk: np.ndarray, t
     found = list(inspect([str(tmp_path)]))
     assert [one.name for one in found] == ["anna/walk_1.trc", "ben/walk_1.trc", "eva/walk_1.trc"]
     count, asked, following = summary(tmp_path, found)
-    assert count == "3 of 3 files hold walks, of 3 people: anna, ben, eva"
+    assert count == "3 of 3 files contain walks, of 3 people: anna, ben, eva"
     assert "one name in several folders: runs need data.person='^(.+?)/' if each folder is" in asked
     assert following.endswith("skeleton=auto data.person='^(.+?)/'")
 
@@ -264,9 +264,9 @@ def test_inspect_goes_on_after_a_file_of_two_people(walk: np.ndarray, tmp_path: 
     assert "The file states the unit mm; it is used instead of m." in stated.lines
     (tmp_path / "take.fbx").touch()
     told = summary(tmp_path, [both, one, metres])
-    assert told[0] == "2 of 3 files hold walks, of 2 people: b, c"
+    assert told[0] == "2 of 3 files contain walks, of 2 people: b, c"
     assert "data.person=" in told[1]
-    assert told[2] == "not read: 1 of .fbx (export it as BVH, in Blender for instance)"
+    assert told[2] == "not read: 1 .fbx (export it as BVH, in Blender for instance)"
     (ben,) = inspect([str(tmp_path / "a.c3d"), "subject=ben"])
     assert ben.strides > 2
     assert "data.subject=ben" in ben.lines[-1]
@@ -300,7 +300,7 @@ def test_inspect_names_what_takes_a_walk_all_the_same_and_limbs_that_differ(
     trc.write(tmp_path / "a.trc", WALKER15.joints, odd, HZ)
     (found,) = inspect([str(tmp_path / "a.trc")])
     told = "\n".join(found.lines)
-    assert "received" not in told
+    assert "got" not in told.split()
     assert re.search(r"expected [0-9.]+ or (more|less), found [0-9.]+", told)
     assert re.search(r"data=folder .* data\.steady\.residual_share=0\.\d+$", found.lines[-1])
     long = walk.copy()
@@ -318,7 +318,7 @@ def test_inspect_names_the_nearest_mapping_only_if_a_point_of_it_is_there(
     trc.write(tmp_path / "b.trc", [*WALKER15.joints[:11], *(f"p{k}" for k in range(4))], walk, HZ)
     nothing, some = inspect([str(tmp_path)])
     assert "no mapping fits" in nothing.lines
-    assert any("the nearest is walker15, for which are missing: left_ankle" in line for line in some.lines)
+    assert any("the nearest is walker15, which also needs: left_ankle" in line for line in some.lines)
 
 
 @pytest.mark.parametrize(("scale", "unit"), [(1.0, "mm"), (0.001, "m"), (1 / 25.4, "in")])

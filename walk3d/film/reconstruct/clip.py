@@ -234,7 +234,7 @@ def _selected_frames(frames: str, frame: np.ndarray, rate: float) -> np.ndarray:
     if not used.any():
         raise InvalidInput(
             "no frame is in this range", "input.frames", f"frames from {frame.min():.0f} to {frame.max():.0f}",
-            frames, code="no_frames"
+            frames, code="no_frames", typed=True
         )  # fmt: skip
     return used
 
@@ -340,5 +340,10 @@ def choose(tracks: list[Track], person: str) -> Track:
         return tracks[int(person) - 1]
     listed = sorted({track.identity for track in tracks if track.identity}) or [f"1 to {len(tracks)}"]
     raise InvalidInput(
-        "this person is not in the file", "input.person", ", ".join(listed), person, code="unknown_person"
+        "this person is not in the file",
+        "input.person",
+        ", ".join(listed),
+        person,
+        code="unknown_person",
+        typed=True,
     )

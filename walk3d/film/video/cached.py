@@ -46,7 +46,7 @@ def keypoints_table(
         If the packages, the networks or the video cannot be used, or no person is visible.
     """
     if not video.is_file():
-        raise InvalidInput("there is no such video", "input.path", received=video, code="no_file")
+        raise InvalidInput("there is no such video", "input.path", received=video, code="no_file", typed=True)
     with video.open("rb") as film:
         digest = hashlib.file_digest(film, "sha256").hexdigest()
     table, about = folder / TABLE, folder / ABOUT
@@ -65,7 +65,7 @@ def keypoints_table(
             raise
         raise InvalidInput(
             f"a video needs {install_hint(package)}", "input.path", received=video.name,
-            code="missing_package", package=package
+            code="missing_package", typed=True, package=package
         ) from error  # fmt: skip
     filmed = keypoints_of(video, pose, lambda done: progress(done, every))
     columns = [f"{name}_{what}" for name in names for what in ("x", "y", "visibility")]

@@ -184,6 +184,7 @@ class OptimalPath(Figure):
                 f"0 to {count - 1} except {median} (the median sequence), or -1",
                 self.performance,
                 code="unknown_performance",
+                typed=True,
             )
         return median, performance
 
