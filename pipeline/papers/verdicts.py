@@ -138,6 +138,12 @@ def judge(
     overridden : bool
         Whether options differ from the preset's: no explanation of a difference is given.
     """
+    claim = claim.on(data_name)
+    if claim.bounds.registered is not None and (smoke or overridden or claim.bounds.agrees is None):
+        why = "registered values are those of the presets at full scale"
+        if claim.bounds.agrees is None:
+            why = f"no value is registered for {data_name}"
+        return Verdict(claim, Agreement.UNTESTABLE, why, found)
     if claim.scope.untestable or claim.bounds.agrees is None:
         return Verdict(claim, Agreement.UNTESTABLE, claim.scope.untestable)
     if not math.isfinite(found.value.value):

@@ -5,14 +5,13 @@ Each is given beside its baseline: a pattern taken at random, numbers of a postu
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 
 from pipeline.core import aspace, bootstrap
-from pipeline.core.synchronization import median_sequence
 from pipeline.seeding import derive_generator
 from pipeline.studies.replicated import DRAW
 
@@ -95,16 +94,20 @@ def _sizes(covariances: np.ndarray, of_all: np.ndarray) -> pd.DataFrame:
     return pd.DataFrame(columns)
 
 
-def patterns_of_others(distances: np.ndarray, person: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the distance of each performance (M,) from the median of the other people's, and from any of theirs.
+def patterns_of_others(
+    distances: np.ndarray, person: np.ndarray, pattern_of: Callable[[np.ndarray], int]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the distance of each performance (M,) from the pattern of the other people's, and from any of theirs.
 
-    The median is chosen by distances among the others alone.  NaN where no two performances of others are left.
+    NaN where no two performances of others are left.
 
     Parameters
     ----------
     distances : (M, M)
         C(n, m) of pattern n and performance m.
     person : (M,)
+    pattern_of : callable
+        Of some performances, ascending indices, the place among them of the pattern that a model of them takes.
     """
     chosen, arbitrary = np.full((2, len(person)), np.nan)
     for label in np.unique(person):
@@ -112,7 +115,7 @@ def patterns_of_others(distances: np.ndarray, person: np.ndarray) -> tuple[np.nd
         if (~out).sum() < 2:
             continue
         others = np.flatnonzero(~out)
-        pattern = others[median_sequence(distances[np.ix_(others, others)])]
+        pattern = others[pattern_of(others)]
         chosen[out] = distances[pattern, out]
         arbitrary[out] = distances[np.ix_(others, np.flatnonzero(out))].mean(axis=0)
     return chosen, arbitrary

@@ -64,11 +64,13 @@ class MotionsFigure(Figure):
         """Return ``table``: each joint of each clip and camera; ``table_clips``; ``table_limbs``.
 
         ``table_steps``: each clip and camera, from nothing known on; ``table_papers``: of clips in the paper's
-        conditions, beside the first figure alone.
+        conditions, beside the first figure alone; ``table_options``: the number of cosines that the options ask for.
         """
         sweep, order = inputs.sweep, ["clip", "camera"]
         made = {"table": sweep.joints, "table_clips": sweep.clips, "table_limbs": sweep.limbs}
+        model = cast(TrajectoryBasisModel, inputs.experiment.model)
         beside = {} if self.mirrors else {"table_papers": tidy(sweep.papers, by=order)}
+        beside["table_options"] = pd.DataFrame([{"components": model.components}])
         shown = {
             name: rows[rows["mirrors_tried"] == self.mirrors].drop(columns="mirrors_tried")
             for name, rows in made.items()
