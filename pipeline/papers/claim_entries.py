@@ -106,7 +106,7 @@ def claim_entry(
             reason=limits.reason,
             written=written,
             registered={
-                data: Interval(*sorted((value * (1.0 - share), value * (1.0 + share))))
+                data: Interval(value - share * abs(value), value + share * abs(value))
                 for (data, item), value in registered.items()
                 if item == name
             }

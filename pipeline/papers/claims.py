@@ -9,7 +9,7 @@ not by the claim (``conf/paper/baselines.yaml``).
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from enum import StrEnum
 
 from pipeline.papers.explanations import ANY_DATA, Explanation
@@ -262,11 +262,10 @@ class Claim:
         for data_name, runs in self.sensitivity.items():
             yield from ((data_name, run) for run in runs)
 
-    def on(self, data_name: str) -> Claim:
-        """Return the claim with the bounds of a data set: those of its registered value, if it has one."""
-        if self.bounds.registered is None:
-            return self
-        return replace(self, bounds=replace(self.bounds, agrees=self.bounds.registered.get(data_name)))
+    def bounds_on(self, data_name: str) -> Interval | None:
+        """Return the values that agree on a data set; None if there are none, or no value is registered for it."""
+        registered = self.bounds.registered
+        return self.bounds.agrees if registered is None else registered.get(data_name)
 
     def explanation(self, data_name: str) -> Explanation | None:
         """Return why our value differs on a data set; None if nothing is said."""

@@ -11,7 +11,7 @@ import pandas as pd
 
 from pipeline.clips.kinds import Walks
 from pipeline.core import fourier, linear_model
-from pipeline.core.walking import stature, step_heading
+from pipeline.core.walking import step_heading
 from pipeline.skeleton import WALKER15
 from pipeline.studies.eigenwalkers.model import Eigenwalkers
 from pipeline.studies.eigenwalkers.samples import FourierSamples
@@ -54,7 +54,7 @@ def truth_table(data: FourierSamples, clips: Walks) -> pd.DataFrame:
     postures = np.stack([_cycle(of_walker) for of_walker in data.coefficients])  # (R, T, 15, 3)
     measured = ~data.unmeasured
     recorded = clips.stature_mm[data.walk] * data.scale
-    of_series = np.array([stature(posture) for posture in postures]) / recorded
+    of_series = np.array([_height(of_walker[0]) for of_walker in data.coefficients]) / recorded
     series = 0.5 * np.square(data.coefficients[:, 1:]).sum(axis=(1, 2, 3))
     residual, whole = (
         np.trace(of, axis1=-2, axis2=-1).sum(axis=-1)
@@ -141,15 +141,19 @@ def _sides_apart(postures: np.ndarray, measured: np.ndarray) -> float:
 
 
 def _length(postures: np.ndarray, one: str, other: str) -> float:
-    """Return the mean distance of two joints, mm."""
-    return float(
-        np.linalg.norm(postures[:, WALKER15.index(one)] - postures[:, WALKER15.index(other)], axis=-1).mean()
-    )
+    """Return the root mean square distance of two joints, mm: over the instants of a cycle exact for any phase zero."""
+    apart = postures[:, WALKER15.index(one)] - postures[:, WALKER15.index(other)]
+    return float(np.sqrt(np.square(apart).sum(axis=-1).mean()))
 
 
 def _above(posture: np.ndarray, one: str, other: str) -> float:
     """Return the height of one joint above another, mm."""
     return float(posture[WALKER15.index(one), 2] - posture[WALKER15.index(other), 2])
+
+
+def _height(mean: np.ndarray) -> float:
+    """Return the height of the head above the ankles in the mean posture, mm."""
+    return 0.5 * (_above(mean, "head", "left_ankle") + _above(mean, "head", "right_ankle"))
 
 
 def _phases(coefficients: np.ndarray) -> np.ndarray:
