@@ -66,7 +66,7 @@ def on_the_page(folder: Path, data: str, found: list[Verdict]) -> dict[str, Coun
         [(agree, judged)] = re.findall(r">(\d+) of (\d+)</span> agree", section)
         bars = first_screen._counts(read.claims_of(paper=key))
         assert sum(number for bar, number in bars.items() if "agrees" in bar) == int(agree)
-        counted[key] = (int(agree), int(judged), bars["agrees, beyond its baseline"])
+        counted[key] = (int(agree), int(judged), bars.get("agrees, beyond its baseline", 0))
     return counted
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from pipeline.papers import criteria
 from pipeline.papers.claims import LONGEST_SHORT, Baseline, Bounds, Claim, Kind, Quantity
-from pipeline.papers.entries import mapping, record, text, whole
+from pipeline.papers.entries import mapping, number, record, text, whole
 from pipeline.papers.explanations import Explanation, Run, Support, of_run, placeholders
 from pipeline.papers.intervals import Interval
 from pipeline.validation import InvalidInput, require_choice
@@ -23,6 +23,7 @@ class _Limits:
 
     agrees: Mapping[str, Any] = field(default_factory=dict)
     close: Mapping[str, Any] = field(default_factory=dict)
+    registered: float = 0.0
     reason: str = ""
 
 
@@ -33,6 +34,7 @@ def claim_entry(
     of_paper: Mapping[str, int],
     runs: Runs,
     baselines: Mapping[str, Baseline],
+    registered: Mapping[tuple[str, str], float],
 ) -> Claim:
     """Return a claim of a paper from the entries of all claims.
 
@@ -48,6 +50,8 @@ def claim_entry(
         Runs with a switch, which explanations quote.
     baselines : mapping of str to Baseline
         Baseline of each class of measures.
+    registered : mapping of (str, str) to float
+        Registered value of a condition, by data set and name.
 
     Raises
     ------
@@ -59,7 +63,15 @@ def claim_entry(
     judged = not plain.get("untestable")
     compared = judged and plain.get("kind") != Kind.CONDITION
     measures, given = plain.pop("class", ""), plain.pop("bounds", {})
-    limits = record(_Limits, given, f"{where}, bounds", needed=("agrees", "reason") if judged else ())
+    share = number(given.get("registered", 0.0), f"{where}, bounds, registered") / 100.0
+    ends = () if share else ("agrees",)
+    limits = record(
+        _Limits,
+        given,
+        f"{where}, bounds",
+        needed=(*ends, "reason") if judged else (),
+        readers={"registered": number},
+    )
     written = text(plain.pop("written", ""), f"{where}, written")
     figure, published = plain.get("figure", ""), plain.get("published")
 
@@ -93,6 +105,13 @@ def claim_entry(
             close=interval(limits.close),
             reason=limits.reason,
             written=written,
+            registered={
+                data: Interval(value - share * abs(value), value + share * abs(value))
+                for (data, item), value in registered.items()
+                if item == name
+            }
+            if share
+            else None,
         ),
         rests_on=(),
     )
@@ -109,6 +128,12 @@ def claim_entry(
     if claim.baseline and claim.baseline.assumed:
         assumed = {**claim.baseline.assumed, **claim.scope.assumed}
         claim = replace(claim, scope=replace(claim.scope, assumed=assumed))
+    if share and (compared or limits.agrees):
+        raise InvalidInput(
+            "only a condition without other bounds has a registered value",
+            f"{where}, bounds",
+            code="registered_not_a_condition",
+        )
     criteria.check_bounds(claim, f"{where}, bounds")
     if claim.baseline and claim.baseline.replace and claim.of_baseline is None:
         raise InvalidInput(

@@ -165,19 +165,22 @@ class Bounds:
     Attributes
     ----------
     agrees : Interval or None
-        Our values that agree with the paper; None only if the claim is untestable.
+        Our values that agree with the paper; None only if the claim is untestable or has registered values.
     close : Interval or None
         Wider bounds; None if there are none.
     reason : str
         Reason for these bounds, in one line.
     written : str
         Date of bounds and class: before the figure was made, or what was changed after it.
+    registered : mapping of str to Interval, or None
+        Of a condition on a registered value: its bounds by data set.
     """
 
     agrees: Interval | None = None
     close: Interval | None = None
     reason: str = ""
     written: str = ""
+    registered: Mapping[str, Interval] | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -258,6 +261,11 @@ class Claim:
         yield from self.why.items()
         for data_name, runs in self.sensitivity.items():
             yield from ((data_name, run) for run in runs)
+
+    def bounds_on(self, data_name: str) -> Interval | None:
+        """Return the values that agree on a data set; None if there are none, or no value is registered for it."""
+        registered = self.bounds.registered
+        return self.bounds.agrees if registered is None else registered.get(data_name)
 
     def explanation(self, data_name: str) -> Explanation | None:
         """Return why our value differs on a data set; None if nothing is said."""

@@ -6,6 +6,8 @@ wrong type, contradictory bounds, a placeholder without a number.
 
 from __future__ import annotations
 
+import csv
+import io
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -14,8 +16,9 @@ from typing import Any
 
 from pipeline.papers.claim_entries import Runs, claim_entry, quantity_entry
 from pipeline.papers.claims import LEAST_PEOPLE, Baseline, Claim, Kind, Quantity
-from pipeline.papers.entries import mapping, names, read_mapping, record, text, whole
+from pipeline.papers.entries import mapping, names, number, read_mapping, record, text, whole
 from pipeline.papers.explanations import Run, of_run, placeholders, read_runs
+from pipeline.reading import read_file
 from pipeline.validation import InvalidInput, require_choice
 
 
@@ -114,6 +117,9 @@ class Paper:
 INTERVENTIONS = "interventions.csv"
 """Numbers of runs with a switch, which explanations quote."""
 
+REGISTERED = "registered.csv"
+"""Values of conditions on the published results, by data set: renewed with each scientific change."""
+
 BETTER = {"": 0, "more": 1, "less": -1}
 
 OWN_YEAR = 9999
@@ -143,11 +149,13 @@ def load(folders: Sequence[Path], added: Mapping[str, Mapping[str, Any]] | None 
     raw |= {key: _completed(key, content) for key, content in (added or {}).items()}
     baselines: dict[str, Baseline] = {}
     runs: dict[tuple[str, str, str], Run] = {}
+    registered: dict[tuple[str, str], float] = {}
     for folder in folders:
         baselines |= read_baselines(folder / BASELINES) if (folder / BASELINES).is_file() else {}
         runs |= read_runs(folder / INTERVENTIONS)
+        registered |= read_registered(folder / REGISTERED)
     claims = {name: body for paper in raw.values() for name, body in paper.get("claims", {}).items()}
-    papers = [_paper(key, content, claims, runs, baselines) for key, content in raw.items()]
+    papers = [_paper(key, content, claims, runs, baselines, registered) for key, content in raw.items()]
     names = Counter(item.name for paper in papers for item in paper.measured)
     shorts = Counter((paper.key, claim.text.short) for paper in papers for claim in paper.claims)
     for paper in papers:
@@ -176,6 +184,23 @@ def _completed(key: str, content: Mapping[str, Any]) -> dict[str, Any]:
     figures = sorted({str(mapping(body, name).get("figure", "")) for name, body in claims.items()} - {""})
     left_out = {"title": key, "authors": "", "year": OWN_YEAR, "venue": "", "figures": [], "equations": []}
     return {**left_out, "clips": "walks", "beyond": figures, **content}
+
+
+def read_registered(path: Path) -> dict[tuple[str, str], float]:
+    """Return the registered values by data set and name of the condition; none if there is no table.
+
+    Raises
+    ------
+    InvalidInput
+        If a value is not a number.
+    """
+    if not path.is_file():
+        return {}
+    with io.StringIO(read_file(path).decode("utf-8"), newline="") as lines:
+        return {
+            (row["data"], row["name"]): number(row["value"], f"{path.name}, {row['data']}, {row['name']}")
+            for row in csv.DictReader(lines)
+        }
 
 
 def read_baselines(path: Path) -> dict[str, Baseline]:
@@ -213,6 +238,7 @@ def _paper(
     all_claims: Mapping[str, Any],
     runs: Runs,
     baselines: Mapping[str, Baseline],
+    registered: Mapping[tuple[str, str], float],
 ) -> Paper:
     file, plain = f"{key}.yaml", dict(content)
     plain.setdefault("order", plain.get("year"))
@@ -223,7 +249,8 @@ def _paper(
 
     def claims(value: Any, where: str) -> tuple[Claim, ...]:
         return tuple(
-            claim_entry(key, name, all_claims, own, runs, baselines) for name in mapping(value, where)
+            claim_entry(key, name, all_claims, own, runs, baselines, registered)
+            for name in mapping(value, where)
         )
 
     def quantities(value: Any, where: str) -> tuple[Quantity, ...]:

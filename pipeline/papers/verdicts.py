@@ -138,14 +138,20 @@ def judge(
     overridden : bool
         Whether options differ from the preset's: no explanation of a difference is given.
     """
-    if claim.scope.untestable or claim.bounds.agrees is None:
+    bounds = claim.bounds_on(data_name)
+    if claim.bounds.registered is not None and (smoke or overridden):
+        why = "registered values are those of the presets at full scale"
+        return Verdict(claim, Agreement.UNTESTABLE, why, found)
+    if claim.bounds.registered is not None and bounds is None:
+        return Verdict(claim, Agreement.UNTESTABLE, f"no value is registered for {data_name}", found)
+    if claim.scope.untestable or bounds is None:
         return Verdict(claim, Agreement.UNTESTABLE, claim.scope.untestable)
     if not math.isfinite(found.value.value):
         table = claim.tables[0] if claim.tables else claim.figure
         why = f"table {table} holds no finite value for: {claim.text.how}"
         return Verdict(claim, Agreement.UNTESTABLE, why)
     if claim.kind is Kind.CONDITION:
-        met = found.value.value in claim.bounds.agrees
+        met = found.value.value in bounds
         agreement, because, beyond = Agreement.MET if met else Agreement.NOT_MET, "", Beyond.NOT_APPLICABLE
         numbers = f"{found.value.value:.4g} {claim.unit}".rstrip()
     elif smoke:
@@ -157,7 +163,7 @@ def judge(
         beyond = _beyond(found)
         numbers = f"{found.value} {claim.unit}".rstrip()
         numbers += f", baseline {found.baseline}" if found.baseline else ""
-    numbers += f", bounds {claim.bounds.agrees}"
+    numbers += f", bounds {bounds}"
     runs = () if overridden else claim.sensitivity.get(data_name, ())
     other = [run.in_words(claim.name, found.value.value, number) for run in runs]
     if agreement in (Agreement.AGREES, Agreement.MET):

@@ -11,6 +11,7 @@ import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,15 +19,21 @@ import numpy as np
 import pytest
 
 from pipeline.cli.compose import compose
-from pipeline.core import camera, linear_model, reconstruction, viewpoint
+from pipeline.core import action_model, camera, linear_model, reconstruction, viewpoint
+from pipeline.core.action_model import learning
 from pipeline.core.articulated_trajectory import limb_choice
+from pipeline.core.fourier import shift
+from pipeline.core.trajectory_basis import TrajectoryBasis
 from pipeline.papers import Agreement, Beyond
+from pipeline.skeleton import WALKER15
 from pipeline.stages import chain, populations
 from pipeline.storage.store import Store
 from pipeline.studies import ledger
 from pipeline.studies.actions.model import ActionSpaceModel
 from pipeline.studies.eigenwalkers.model import Eigenwalkers
+from pipeline.studies.eigenwalkers.samples import FourierDataset, FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs
+from pipeline.studies.limbs.model import TrajectoryBasisModel
 from pipeline.studies.registry import all_measures
 from pipeline.studies.walks import methods
 from pipeline.studies.walks.methods import Fold, Walk
@@ -52,10 +59,12 @@ SIZES = {
 
 KNOWN, UNKNOWN = ("zhang2007_fig3", "zhang2007_fig5"), ("zhang2007_fig6",)
 LIMBS, ACTIONS = ("park2011_fig4",), ("mozerov2006_fig3",)
+WARPS = (*ACTIONS, "mozerov2006_warp_error")
 
 Views = Callable[..., Any]
 from_known_views, estimate = reconstruction.from_known_views, viewpoint.estimate
 select_signs, teach, held_out = limb_choice.select_signs, ActionSpaceModel.teach, methods.held_out
+learn_action, build = action_model.learn_action, FourierDataset.build
 
 
 def made_of(figures: tuple[str, ...], folder: Path) -> dict[str, Any]:
@@ -184,6 +193,122 @@ def stretched_in_time(self: ActionSpaceModel, *arguments: Any, **options: Any) -
     return replace(learnt, synchronized=learnt.linear, disparity=np.zeros_like(learnt.disparity))
 
 
+def largest_for_median(distances: np.ndarray) -> int:
+    return int(np.asarray(distances).sum(axis=1).argmax())
+
+
+def smoothness_times(factor: float) -> Callable[..., Any]:
+    def learnt(postures: Any, **options: Any) -> Any:
+        return learn_action(postures, **{**options, "smoothness": factor * options["smoothness"]})
+
+    return learnt
+
+
+def cosines(fewer: Callable[[int], int]) -> Callable[..., Any]:
+    def basis(self: TrajectoryBasisModel) -> TrajectoryBasis:
+        return TrajectoryBasis(fewer(self.components), self.cutoff)
+
+    return basis
+
+
+def some(data: FourierSamples, share: int) -> np.ndarray:
+    """The walkers (R,) bool in whom an error of the input is: every `share`-th."""
+    return np.arange(len(data.clip)) % share == share - 1
+
+
+def phases_moved(data: FourierSamples, angles: np.ndarray) -> FourierSamples:
+    return replace(
+        data, coefficients=np.stack([shift(c, a) for c, a in zip(data.coefficients, angles, strict=True)])
+    )
+
+
+def phase_zero_spread(data: FourierSamples) -> FourierSamples:
+    return phases_moved(data, np.radians(10.0) * np.random.default_rng(1).standard_normal(len(data.clip)))
+
+
+def phase_zero_shifted(data: FourierSamples) -> FourierSamples:
+    return phases_moved(data, np.full(len(data.clip), np.radians(40.0)))
+
+
+def head_and_sternum_exchanged(data: FourierSamples) -> FourierSamples:
+    order, places = np.arange(15), [WALKER15.index("head"), WALKER15.index("sternum")]
+    order[places] = places[::-1]
+    return changed(data, some(data, 3), lambda part: part[:, order], lambda part: part[order])
+
+
+def changed(
+    data: FourierSamples,
+    those: np.ndarray,
+    series: Callable[[np.ndarray], np.ndarray],
+    power: Callable[[np.ndarray], np.ndarray],
+) -> FourierSamples:
+    """Samples with the coefficients (5, 15, 3) and covariances (15, 3, 3) of some walkers changed."""
+    made = {}
+    for name, change in (
+        ("coefficients", series),
+        ("residual_covariance", power),
+        ("temporal_covariance", power),
+    ):
+        made[name] = getattr(data, name).copy()
+        for r in np.flatnonzero(those):
+            made[name][r] = change(made[name][r])
+    return replace(data, **made)
+
+
+def eight_per_cent_small(data: FourierSamples) -> FourierSamples:
+    return changed(data, some(data, 8), lambda part: 0.92 * part, lambda part: 0.92**2 * part)
+
+
+def half_the_frequency(data: FourierSamples) -> FourierSamples:
+    """At half the frequency the fundamental is empty, and the second harmonic is the stride."""
+    those = some(data, 8)
+    coefficients, residual = data.coefficients.copy(), data.residual_covariance.copy()
+    second = coefficients[those, 3:5]
+    residual[those] += 0.5 * np.einsum("rhji,rhjk->rjik", second, second)
+    coefficients[those, 3:5], coefficients[those, 1:3] = coefficients[those, 1:3], 0.0
+    frequency = np.where(those, 0.5, 1.0) * data.frequency_hz
+    return replace(data, coefficients=coefficients, residual_covariance=residual, frequency_hz=frequency)
+
+
+def heading_spread(data: FourierSamples) -> FourierSamples:
+    turns = np.radians(5.0) * np.random.default_rng(1).standard_normal(len(data.clip))
+    made = data
+    for r, turn in enumerate(turns):
+        about = np.array(
+            [[np.cos(turn), -np.sin(turn), 0.0], [np.sin(turn), np.cos(turn), 0.0], [0.0, 0.0, 1.0]]
+        )
+        made = changed(made, np.arange(len(turns)) == r, partial(turned, about), partial(turned_twice, about))
+    return made
+
+
+def turned(about: np.ndarray, part: np.ndarray) -> np.ndarray:
+    return part @ about.T
+
+
+def turned_twice(about: np.ndarray, part: np.ndarray) -> np.ndarray:
+    return about @ part @ about.T
+
+
+def residual_dropped(data: FourierSamples) -> FourierSamples:
+    left = data.temporal_covariance - data.residual_covariance
+    return replace(data, residual_covariance=np.zeros_like(left), temporal_covariance=left)
+
+
+def with_walkers(error: Callable[[FourierSamples], FourierSamples]) -> Callable[..., FourierSamples]:
+    """The dataset stage with an error in what it returns."""
+
+    def built(self: FourierDataset, *arguments: Any, **options: Any) -> FourierSamples:
+        return error(build(self, *arguments, **options))
+
+    return built
+
+
+def of_walkers(
+    error: Callable[[FourierSamples], FourierSamples],
+) -> tuple[tuple[str, ...], tuple[Any, str, Any]]:
+    return KNOWN, (FourierDataset, "build", with_walkers(error))
+
+
 PLANTS: dict[str, tuple[tuple[str, ...], tuple[Any, str, Any]]] = {
     "average walker for both approaches": (KNOWN, (reconstruction, "from_known_views", average_walker)),
     "average walker for MAP": (KNOWN, (reconstruction, "from_known_views", average_walker_for_map)),
@@ -196,6 +321,17 @@ PLANTS: dict[str, tuple[tuple[str, ...], tuple[Any, str, Any]]] = {
     "test walker 5 % too large": (KNOWN, (methods, "held_out", five_per_cent_larger)),
     "linear for dense matching": (ACTIONS, (ActionSpaceModel, "teach", stretched_in_time)),
     "random signs": (LIMBS, (limb_choice, "select_signs", signs_at_random)),
+    "median → max": (ACTIONS, (learning, "median_sequence", largest_for_median)),
+    "mu × 10": (WARPS, (action_model, "learn_action", smoothness_times(10.0))),
+    "mu = 0": (WARPS, (action_model, "learn_action", smoothness_times(0.0))),
+    "K − 1 cosines": (LIMBS, (TrajectoryBasisModel, "limb_basis", cosines(lambda k: k - 1))),
+    "K / 2 cosines": (LIMBS, (TrajectoryBasisModel, "limb_basis", cosines(lambda k: k // 2))),
+    "phase zero with sd 10°": of_walkers(phase_zero_spread),
+    "head and sternum exchanged in a third": of_walkers(head_and_sternum_exchanged),
+    "an eighth of the people 8 % small": of_walkers(eight_per_cent_small),
+    "an eighth at half the frequency": of_walkers(half_the_frequency),
+    "heading with sd 5°": of_walkers(heading_spread),
+    "residual dropped from the truth": of_walkers(residual_dropped),
 }
 """Figures that look at each, and what is put in the place of which function."""
 
@@ -218,7 +354,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def clean(made: Path) -> Answers:
     """The answers without an error."""
-    return answers((*KNOWN, *UNKNOWN, *LIMBS, *ACTIONS), made)
+    return answers((*KNOWN, *UNKNOWN, *LIMBS, *WARPS), made)
 
 
 @pytest.mark.parametrize("name", PLANTS)
@@ -234,3 +370,15 @@ def test_an_error_takes_a_good_verdict_away_and_earns_none(
         print(f"  {claim}: {before[claim]} -> {found[claim]}")
     assert gone
     assert not won
+
+
+def test_a_phase_zero_shifted_alike_for_all_moves_nothing(clean: Answers, made: Path, tmp_path: Path) -> None:
+    figures, (owner, attribute, error) = of_walkers(phase_zero_shifted)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(owner, attribute, error)
+        found = answers(figures, with_the_people_of(made, tmp_path))
+    for claim, (agreement, beyond, value) in found.items():
+        before = clean[claim]
+        assert (agreement, beyond) == before[:2], claim
+        if value is not None:
+            assert value == pytest.approx(before[2], rel=1e-6, abs=1e-9), claim

@@ -26,6 +26,16 @@ KINDS = ("accepted", "outside", "training", "unsynchronized")
 """Kinds of postures: sampled within the bounds; with every coordinate beyond the bounds; recorded and synchronized, at
 the same frame; sampled within the bounds of a model of linearly normalised performances."""
 
+TAIL_MM, TAIL_SHARE = 100.0, 95.0
+"""Distance that is visible, a knee's breadth, and the percentile of the tail: "only" is a statement about the tail."""
+
+TAILS = ("accepted", "together", "unsynchronized")
+"""Sampled coordinate by coordinate, as the paper accepts postures; from the full covariance of the frame; and
+coordinate by coordinate without synchronization."""
+
+RESAMPLED_TAILS = (DRAW, "frame", "kind", "nearest_training_p95_mm", "beyond_100mm_percent")
+"""Columns of the tails with resampled people."""
+
 RESAMPLED_COLUMNS = (DRAW, "frame", "kind", "nearest_training_mm", "spread_mm")
 """Columns of the measurements with resampled people."""
 
@@ -36,6 +46,8 @@ _STREAM = 20064  # separates these draws from those of other stages with the sam
 _BLOCK = 64
 RESAMPLED_POSTURES = 64
 """Number of postures sampled at each frame from each model of resampled people."""
+TAIL_POSTURES = 200
+"""The same for tails, ten of which lie beyond the 95th percentile."""
 
 
 @dataclass(frozen=True)
@@ -49,17 +61,25 @@ class SampledPostures:
         median and largest distance to the nearest recorded posture, and median distance from the mean posture.
     again : DataFrame
         The same medians by models of resampled people, over fewer postures; no rows for a single person.
+    tails, tails_again : DataFrame
+        A row for each frame and kind of `TAILS`: 95th percentile of the distance to the nearest recorded posture, and
+        share beyond 100 mm; the same by models of resampled people.
     frames : (N,) int
         Frames of the mean performance, counted from 1.
     bodies, mean_performance : (N, 1 + S, 15, 3), (P, 15, 3)
         At each frame the mean posture and accepted ones; mm, of a body with the actors' mean limb lengths.
+    bodies_together : (N, 1 + S, 15, 3)
+        The same with postures from the full covariance of the frame.
     """
 
     rows: pd.DataFrame
     again: pd.DataFrame
+    tails: pd.DataFrame
+    tails_again: pd.DataFrame
     frames: np.ndarray
     bodies: np.ndarray
     mean_performance: np.ndarray
+    bodies_together: np.ndarray
 
 
 class PostureSampling(Sweep):
@@ -89,6 +109,7 @@ class PostureSampling(Sweep):
 
         training, mean_performance = joints(performances), joints(learnt.mean)
         displayed_bodies, rows, between = [], [], {}
+        displayed_together, tails = [], []
         for number in self.frames:
             at = number - 1
             generator = np.random.default_rng([inputs.seed, _STREAM, number])
@@ -129,16 +150,24 @@ class PostureSampling(Sweep):
                     "bounds_held_fraction": within.mean(),
                 }
                 rows.append(row)
+            joint_generator = derive_generator(inputs.seed, f"sweep:posture samples together:{number}")
+            drawn["together"] = together(performances[:, at], self.measured, joint_generator, bound=bound)
+            displayed_together.append(
+                joints(np.concatenate([learnt.mean[[at]], drawn["together"][: self.samples]]))
+            )
+            for kind in TAILS:
+                distances = nearest(joints(drawn[kind]), training, inputs.workers)
+                tails.append({"frame": number, "kind": kind, **tail(distances.min(axis=1))})
         people, person = np.unique(inputs.dataset.person, return_inverse=True)
         weights = bootstrap.resampling_weights(len(people), derive_generator(0, "people"))
         weights = weights[(weights > 0).sum(axis=1) > 1][: self.resamples]  # a single person may not vary
 
-        def again(draw: int) -> list[tuple[Any, ...]]:
-            """Return the medians of both distances for one resample of people."""
+        def again(draw: int) -> tuple[list[tuple[Any, ...]], list[tuple[Any, ...]]]:
+            """Return the medians of both distances for one resample of people, and the tails."""
             resampled = np.repeat(np.arange(len(performances)), weights[draw, person])
             others = np.unique(resampled)
             models = action_model.learn(performances[resampled]), action_model.learn(action.linear[resampled])
-            medians = []
+            medians, resampled_tails = [], []
             for number in self.frames:
                 at, generator = number - 1, np.random.default_rng([inputs.seed, _STREAM, number, draw])
                 for kind in KINDS:
@@ -152,16 +181,68 @@ class PostureSampling(Sweep):
                     from_mean = np.linalg.norm(bodies - joints(model.mean[at]), axis=-1).mean(axis=-1)
                     closest, spread = np.median(distances.min(axis=1)), np.median(from_mean)
                     medians.append((draw + 1, number, kind, closest, spread))
-            return medians
+                joint_generator = derive_generator(
+                    inputs.seed, f"sweep:posture samples together:{number}:{draw}"
+                )
+                of_tails = {
+                    "accepted": action_model.sample(
+                        models[0], TAIL_POSTURES, joint_generator, at=at, bound=bound
+                    ),
+                    "together": together(
+                        performances[resampled, at], TAIL_POSTURES, joint_generator, bound=bound
+                    ),
+                    "unsynchronized": action_model.sample(
+                        models[1], TAIL_POSTURES, joint_generator, at=at, bound=bound
+                    ),
+                }
+                for kind in TAILS:
+                    distances = nearest(joints(of_tails[kind]), training[others], 1)
+                    resampled_tails.append((draw + 1, number, kind, *tail(distances.min(axis=1)).values()))
+            return medians, resampled_tails
 
         drawn_again = map_processes(again, range(len(weights)), inputs.workers)
         return SampledPostures(
             rows=pd.DataFrame(rows),
-            again=pd.DataFrame([row for rows in drawn_again for row in rows], columns=RESAMPLED_COLUMNS),
+            again=pd.DataFrame([row for rows, _ in drawn_again for row in rows], columns=RESAMPLED_COLUMNS),
+            tails=pd.DataFrame(tails),
+            tails_again=pd.DataFrame(
+                [row for _, rows in drawn_again for row in rows], columns=RESAMPLED_TAILS
+            ),
             frames=np.array(self.frames),
             bodies=np.stack(displayed_bodies),
             mean_performance=mean_performance,
+            bodies_together=np.stack(displayed_together),
         )
+
+
+def together(
+    performances: np.ndarray, count: int, generator: np.random.Generator, *, bound: float
+) -> np.ndarray:
+    """Return postures (count, b) from the full covariance of one frame, within the bounds in every principal direction.
+
+    Parameters
+    ----------
+    performances : (M, b)
+        Synchronized, at one frame.
+    count : int
+    generator : numpy.random.Generator
+    bound : float
+        Standard deviations.
+    """
+    mean = performances.mean(axis=0)
+    _, spread, axes = np.linalg.svd(performances - mean, full_matrices=False)
+    normal = generator.standard_normal((count, len(spread)))
+    while (outside := np.abs(normal) > bound).any():
+        normal[outside] = generator.standard_normal(int(outside.sum()))
+    return mean + normal * (spread / np.sqrt(len(performances) - 1.0)) @ axes
+
+
+def tail(closest: np.ndarray) -> dict[str, float]:
+    """Return the 95th percentile of distances (S,) in mm, and the share beyond 100 mm in per cent."""
+    return {
+        "nearest_training_p95_mm": float(np.percentile(closest, TAIL_SHARE)),
+        "beyond_100mm_percent": 100.0 * float((closest > TAIL_MM).mean()),
+    }
 
 
 def beyond(

@@ -284,7 +284,9 @@ class _Reconstruction:
             "confidence": [str(confidence_of_mirror_margin(m)) for m in margin],
             **{name: column for name, column in of_limbs.items() if name != "mirror_margin"},
             "limb_error": away / self.true_lengths,
-            "components": [estimate.limbs[limb].basis.components for limb in WALKER14.limbs],
+            "components": estimate.refined.coefficients_theta.shape[1]
+            if estimate.refined
+            else [estimate.limbs[limb].basis.components for limb in WALKER14.limbs],
             "length_ratio": lengths / self.true_lengths,
         }
         joints = {

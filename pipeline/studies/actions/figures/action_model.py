@@ -26,7 +26,7 @@ from pipeline.studies.actions.figures.alignments import (
 from pipeline.studies.actions.figures.key_frame_agreement import alignments_compared
 from pipeline.studies.actions.figures.new_people import space_tables
 from pipeline.studies.actions.figures.pairs import pairs_table
-from pipeline.studies.actions.figures.performances import performances_table, posture_table
+from pipeline.studies.actions.figures.performances import paths_table, performances_table, posture_table
 from pipeline.studies.actions.model import Action, ActionSpaceModel
 from pipeline.studies.actions.timing import Timing, Timings
 from pipeline.studies.actions.without_mistiming import without_mistiming
@@ -64,8 +64,8 @@ class ActionModelFigure(Figure):
     def tables(self, inputs: Inputs) -> Tables:
         """Return ``table``: the drawn sequences; distances, spectrum, performances, alignments, model, posture.
 
-        ``table_pairs``, ``table_space`` and ``table_space_draws`` are what the claims and their intervals rest on;
-        ``table_timing`` depends on the machine.
+        ``table_paths`` has the cost of the paths in use, recomputed.  ``table_pairs``, ``table_space`` and
+        ``table_space_draws`` are what the claims and their intervals rest on; ``table_timing`` depends on the machine.
         """
         action = inputs.model
         n, m = np.indices(action.distances.shape)
@@ -94,6 +94,7 @@ class ActionModelFigure(Figure):
             "distances": tidy(distances, by=["n", "m"]),
             "table_spectrum": _spectrum(action),
             "table_performances": performances_table(inputs),
+            "table_paths": paths_table(inputs),
             "table_stages": alignments_compared(action, options_of(inputs)),
             "table_pairs": pairs_table(inputs, baseline),
             "table_space": space,

@@ -5,14 +5,13 @@ Each result has a baseline: a pattern chosen at random, and numbers of a posture
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 
 from pipeline.core import aspace, bootstrap
-from pipeline.core.synchronization import median_sequence
 from pipeline.seeding import derive_generator
 from pipeline.studies.replicated import DRAW
 
@@ -95,17 +94,20 @@ def _sizes(covariances: np.ndarray, of_all: np.ndarray) -> pd.DataFrame:
     return pd.DataFrame(columns)
 
 
-def patterns_of_others(distances: np.ndarray, person: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return each performance's distance (M,) from the other people's median sequence, and from all their sequences.
+def patterns_of_others(
+    distances: np.ndarray, person: np.ndarray, pattern_of: Callable[[np.ndarray], int]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return each performance's distance (M,) from the other people's pattern, and from all their sequences.
 
-    The median sequence is chosen by distances among the others.  The second distance is a mean.  NaN if fewer than two
-    performances of others remain.
+    The second distance is a mean.  NaN if fewer than two performances of others remain.
 
     Parameters
     ----------
     distances : (M, M)
         C(n, m) of pattern n and performance m.
     person : (M,)
+    pattern_of : callable
+        Of some performances, ascending indices, the place among them of the pattern that a model of them takes.
     """
     from_median, from_any = np.full((2, len(person)), np.nan)
     for label in np.unique(person):
@@ -113,7 +115,7 @@ def patterns_of_others(distances: np.ndarray, person: np.ndarray) -> tuple[np.nd
         if (~out).sum() < 2:
             continue
         others = np.flatnonzero(~out)
-        pattern = others[median_sequence(distances[np.ix_(others, others)])]
+        pattern = others[pattern_of(others)]
         from_median[out] = distances[pattern, out]
         from_any[out] = distances[np.ix_(others, np.flatnonzero(out))].mean(axis=0)
     return from_median, from_any

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pipeline.core import synchronization
+from pipeline.core import action_model, synchronization
 from pipeline.core.posture import PARAMETERS
 from pipeline.skeleton import POSTURE12, WALKER15
 from pipeline.studies.actions.dataset import Postures
@@ -24,7 +24,10 @@ def performances_table(inputs: Inputs) -> pd.DataFrame:
     """Table of single performances, with results for each of them as that of a held-out person."""
     action, data = inputs.model, inputs.dataset
     postures = data.split(data.postures)
-    from_median, from_any = patterns_of_others(action.distances, data.person)
+    model = options_of(inputs)
+    from_median, from_any = patterns_of_others(
+        action.distances, data.person, lambda others: model.teach([postures[m] for m in others]).median
+    )
     along, baseline = variance_along_modes(postures, data.person)
     unseen = np.full((len(data.person), 1), np.nan)
     deviation = action.linear - action.linear.mean(axis=(0, 1))
@@ -55,6 +58,38 @@ def performances_table(inputs: Inputs) -> pd.DataFrame:
         "cosines_explained": of_cosines,
         "cosine_change_max": [np.abs(np.diff(_cosines(p), axis=0)).max() for p in postures],
         "angle_change_max": [_angle_change_max(_cosines(p)) for p in postures],
+    }
+    return tidy(columns, by=["performance"])
+
+
+def paths_table(inputs: Inputs) -> pd.DataFrame:
+    """Return ``table_paths``: cost of the path of each performance to the pattern, recorded and recomputed.
+
+    Recomputed by [mozerov2006 12] with the smoothness and the penalty of the options.  The pattern itself has no path.
+    """
+    action, options, names = inputs.model, options_of(inputs), np.array(inputs.samples)
+    mu = options.smoothness * action_model.mean_squared_deviation(action.linear)
+    others = np.flatnonzero(np.arange(len(names)) != action.median)
+    recorded = action.distances[action.median, others]
+    recomputed = np.array(
+        [
+            synchronization.synchronization_distance(
+                action.linear[action.median],
+                action.linear[m],
+                action.disparity[m],
+                smoothness=mu,
+                penalty=options.penalty.value,
+            )
+            for m in others
+        ]
+    )
+    columns = {
+        "performance": names[others],
+        "person": inputs.dataset.person[others],
+        "distance": recorded,
+        "recomputed": recomputed,
+        # To nine decimals, since less is rounding.
+        "relative_difference": np.round(np.abs(recomputed / recorded - 1.0), 9),
     }
     return tidy(columns, by=["performance"])
 

@@ -48,7 +48,8 @@ class PostureSamples(Figure):
     def tables(self, inputs: Inputs) -> Tables:
         """Return ``table``: joints of mean postures (draw -1) and displayed samples; ``table_samples``: distances.
 
-        ``table_samples_draws``: distances by models of resampled people.
+        ``table_samples_draws``: distances by models of resampled people.  ``table_tails``: the tail of the distances,
+        with each coordinate drawn by itself and from the full covariance; ``table_tails_draws``: by resampled people.
         """
         sweep = inputs.sweep
         joints = {
@@ -61,6 +62,8 @@ class PostureSamples(Figure):
             "table": tidy(joints, by=["frame", "draw"]),
             "table_samples": tidy(sweep.rows, by=["frame", "kind"]),
             "table_samples_draws": tidy(sweep.again, by=[DRAW, "frame", "kind"]),
+            "table_tails": tidy(sweep.tails, by=["frame", "kind"]),
+            "table_tails_draws": tidy(sweep.tails_again, by=[DRAW, "frame", "kind"]),
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
@@ -75,22 +78,31 @@ class PostureSamples(Figure):
             caption="Frames of the mean performance counted from one; body of mean limb lengths. Left: the mean"
             " posture,"
             f" {inputs.sweep.bodies.shape[1] - 1} accepted ones over one another; beside it those of them that are"
-            f" farthest from the mean posture and from each other. Median of {accepted['draws'].iloc[0]} samples, mean"
+            f" farthest from the mean posture and from each other. {_tails(tables)}"
+            f" Median of {accepted['draws'].iloc[0]} samples, mean"
             f" over joints: {measured}.",
         )
 
     def draw(self, inputs: Inputs, tables: Tables, picture: Picture) -> None:
-        """Draw a row for each frame: the mean posture with accepted samples, then those that differ most."""
+        """Draw two rows for each frame: the mean posture with samples, then those that differ most.
+
+        Each coordinate drawn by itself; and together, from the full covariance of the frame.
+        """
         order = np.argsort(inputs.sweep.frames)
-        images = camera.project(inputs.sweep.bodies[order], np.radians(VIEW_DEG))
+        frames = inputs.sweep.frames[order]
         rows = [
             SkeletonRow(
-                label=f"({'abcdefgh'[n % 8]}) frame {frame}",
-                centre=images[n, 0],
-                others=images[n, 1:],
-                beside=farthest_apart(inputs.sweep.bodies[order[n]], EXAMPLES),
+                label=f"({'abcdefgh'[n % 8]}) frame {frame}{words}",
+                centre=seen[0],
+                others=seen[1:],
+                beside=farthest_apart(body, EXAMPLES),
             )
-            for n, frame in enumerate(inputs.sweep.frames[order])
+            for n, (frame, words, body) in enumerate(
+                (frame, words, bodies[order[m]])
+                for m, frame in enumerate(frames)
+                for words, bodies in (("", inputs.sweep.bodies), (", together", inputs.sweep.bodies_together))
+            )
+            for seen in [camera.project(body, np.radians(VIEW_DEG))]
         ]
         picture.skeletons(rows, WALKER15.bones, legend=("mean posture", "accepted by the action model"))
 
@@ -138,6 +150,19 @@ class PostureSamples(Figure):
             mean = Space3D(name="mean performance", contents=("world/mean_performance",))
             layout = Columns(Rows(*rows), Rows(mean, Notes()), shares=(7, 3))
             rec.blueprint(layout, playing=True)
+
+
+def _tails(tables: Tables) -> str:
+    """Return the sentence of the caption on the tails of both ways to draw."""
+    means = tables["table_tails"].groupby("kind")[["nearest_training_p95_mm", "beyond_100mm_percent"]].mean()
+    by_itself, together = (
+        f"95 % are within {row.nearest_training_p95_mm:.0f} mm of a recorded posture, {row.beyond_100mm_percent:.1f} %"
+        " are beyond 100 mm"
+        for row in (means.loc["accepted"], means.loc["together"])
+    )
+    return (
+        f"Each dimension by itself: {by_itself}; together, from the full covariance of the frame: {together}."
+    )
 
 
 def farthest_apart(bodies: np.ndarray, count: int) -> list[int]:

@@ -64,11 +64,13 @@ class MotionsFigure(Figure):
         """Return ``table``: each joint of each clip and camera; ``table_clips``; ``table_limbs``.
 
         ``table_steps``: each clip and camera by step of `STEPS`; ``table_papers``: clips in the paper's conditions,
-        only without trials of mirrors.
+        only without trials of mirrors; ``table_options``: number of cosines of the options.
         """
         sweep, order = inputs.sweep, ["clip", "camera"]
         sweep_tables = {"table": sweep.joints, "table_clips": sweep.clips, "table_limbs": sweep.limbs}
+        model = cast(TrajectoryBasisModel, inputs.experiment.model)
         further = {} if self.mirrors else {"table_papers": tidy(sweep.papers, by=order)}
+        further["table_options"] = pd.DataFrame([{"components": model.components}])
         displayed = {
             name: rows[rows["mirrors_tried"] == self.mirrors].drop(columns="mirrors_tried")
             for name, rows in sweep_tables.items()

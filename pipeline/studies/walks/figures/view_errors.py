@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from pipeline.charts import Chart, Reference, Sheet
+from pipeline.clips.kinds import Walks
 from pipeline.core import camera, fourier
 from pipeline.palette import Style
 from pipeline.scenes import Columns, Image2D, Notes, Rows, Space3D
@@ -24,6 +25,7 @@ from pipeline.studies.walks import methods
 from pipeline.studies.walks.known_view import KnownView, KnownViewErrors
 from pipeline.studies.walks.methods import AVERAGE_WALKER, PUBLISHED, VIEW
 from pipeline.studies.walks.recomputed import recomputed
+from pipeline.studies.walks.truth import along_table, truth_table
 
 THIRTY_PERCENT = Reference(
     below="least_squares", percent="zhang2007_map_thirty_percent", label="30 % below I (published)"
@@ -62,7 +64,8 @@ class ViewErrors(Figure):
 
         ``table_people``: the same for every walker; ``table_walkers``: per walker and method, mean over views;
         ``table_summary``: mean, median and worst walker; ``table_joints``: per joint; ``table_coefficients``: how often
-        they exceed the range of training; ``table_recomputed``: recomputed errors.  Baselines count as methods.
+        they exceed the range of training; ``table_recomputed``: recomputed errors; ``table_truth``: checks of the
+        walkers; ``table_along``: coefficients along the eigenvectors.  Baselines count as methods.
         """
         sweep, seed = inputs.sweep, inputs.experiment.seed
         people = _sides_at_random(sweep.rows, sweep.view_angle_deg, seed)
@@ -98,6 +101,8 @@ class ViewErrors(Figure):
             figure_tables["table_recomputed"] = recomputed(
                 inputs.dataset, model, options, sweep.rows, inputs.model.kept
             )
+            figure_tables["table_truth"] = truth_table(inputs.dataset, cast(Walks, inputs.clips))
+            figure_tables["table_along"] = along_table(inputs.dataset, inputs.model)
         return figure_tables
 
     def arrays(self, inputs: Inputs) -> dict[str, np.ndarray]:
