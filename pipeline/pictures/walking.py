@@ -102,13 +102,15 @@ def draw_walking(
         f'<rect x="{_MARGIN}" y="{_HEADING}" width="{half - _MARGIN:.0f}" height="{_HEIGHT - _HEADING - _MARGIN}"'
         f' rx="8" fill="{_NIGHT}"/>',
         *_headings(words, (_MARGIN, half + 2 * _MARGIN)),
-        _moving(_dots(placed(seen, left)), seconds, 'stroke="#ffffff" stroke-width="9"'),
-        _moving(_lines(truth, pairs), turning, f'stroke="{grey}" stroke-width="2.5" stroke-dasharray="6 6"'),
-        _moving(_lines(body, pairs), turning, f'stroke="{blue}" stroke-width="4"'),
-        _moving(_dots(body), turning, f'stroke="{blue}" stroke-width="11"'),
+        _animated(_dots(placed(seen, left)), seconds, 'stroke="#ffffff" stroke-width="9"'),
+        _animated(
+            _lines(truth, pairs), turning, f'stroke="{grey}" stroke-width="2.5" stroke-dasharray="6 6"'
+        ),
+        _animated(_lines(body, pairs), turning, f'stroke="{blue}" stroke-width="4"'),
+        _animated(_dots(body), turning, f'stroke="{blue}" stroke-width="11"'),
     ]
     if estimated.any():
-        parts.append(_moving(_dots(body[:, estimated]), turning, f'stroke="{_PAPER}" stroke-width="6"'))
+        parts.append(_animated(_dots(body[:, estimated]), turning, f'stroke="{_PAPER}" stroke-width="6"'))
     path.write_text("\n".join([*parts, "</svg>", ""]), "utf-8")
 
 
@@ -134,7 +136,7 @@ def _lines(points: np.ndarray, pairs: np.ndarray) -> list[str]:
     ]
 
 
-def _moving(frames: Sequence[str], seconds: float, look: str) -> str:
+def _animated(frames: Sequence[str], seconds: float, look: str) -> str:
     """Return a path that is animated through its frames in a loop; a static path if there is one frame."""
     if len(frames) == 1:
         return f'<path d="{frames[0]}" {look}/>'

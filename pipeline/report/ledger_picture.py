@@ -121,7 +121,7 @@ def ledger_picture(results: Published, *, listed: Path | None = None) -> dict[st
         ],
         "claims": [_words(row) for row in rows],
         "sets": {
-            data: {row["claim"]: entry for row in claims if (entry := _placed(row, axes))}
+            data: {row["claim"]: entry for row in claims if (entry := _claim_numbers(row, axes))}
             for data, claims in sets.items()
         },
         "switches": _switches(results, axes, PROJECT / "results" / SWITCHES if listed is None else listed),
@@ -158,7 +158,7 @@ def _words(row: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _placed(row: Mapping[str, Any], axes: Mapping[str, Abscissa]) -> dict[str, Any]:
+def _claim_numbers(row: Mapping[str, Any], axes: Mapping[str, Abscissa]) -> dict[str, Any]:
     """Return numbers, positions and verdicts of a claim's row; empty without a number, no positions without an axis."""
     value, axis = row.get("value"), axes.get(row["claim"])
     if not isinstance(value, int | float):
@@ -174,7 +174,7 @@ def _placed(row: Mapping[str, Any], axes: Mapping[str, Abscissa]) -> dict[str, A
 
 def _numbers(axis: Abscissa | None, value: float, low: Any, high: Any, agreement: str) -> dict[str, Any]:
     """Return a value, its interval if it has one, their positions on the axis, and the verdict."""
-    entry = {"value": _short(value), "said": agreement, "tone": tone(agreement)}
+    entry = {"value": _short(value), "verdict": agreement, "tone": tone(agreement)}
     if axis:
         entry["at"] = _at(axis.place(value))
     if isinstance(low, int | float) and isinstance(high, int | float):
@@ -219,14 +219,14 @@ def _switches(results: Published, axes: Mapping[str, Abscissa], path: Path) -> l
             "name": name,
             "options": " ".join(groups.get(group, {}).get("switches", {}).get(name, {}).get("overrides", [])),
             "verdicts": sum(row["answer_moves"] == "True" for row in switch_rows),
-            "moved": {row["claim"]: _moved(row, axes[row["claim"]]) for row in switch_rows},
+            "moved": {row["claim"]: _switched_numbers(row, axes[row["claim"]]) for row in switch_rows},
         }
         for (group, name), switch_rows in rows_of.items()
     ]
     return sorted(switches, key=lambda entry: (-entry["verdicts"], -len(entry["moved"]), entry["name"]))
 
 
-def _moved(row: Mapping[str, str], axis: Abscissa) -> dict[str, Any]:
+def _switched_numbers(row: Mapping[str, str], axis: Abscissa) -> dict[str, Any]:
     low, high = (float(row[name]) if row[name] else None for name in ("value_low", "value_high"))
     entry = _numbers(axis, float(row["value"]), low, high, row["agreement"])
     return {**entry, "jumps": row["answer_moves"] == "True"}

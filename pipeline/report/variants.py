@@ -20,7 +20,7 @@ from pipeline.storage import tables
 from pipeline.storage.sealed_folders import MANIFEST, visible
 
 VARIANTS = "variants.csv"
-_ASIDE = {"name", "results", "workers"}
+_IGNORED_OPTIONS = {"name", "results", "workers"}
 """Options that are ignored when variants are compared."""
 
 _LINES = ("solid", "dashed", "dotted")
@@ -78,7 +78,9 @@ def _differing(figures: Sequence[PublishedFigure]) -> list[dict[str, str]]:
     flat = [_flat(figure.manifest["configuration"]) for figure in figures]
     names = sorted({name for options in flat for name in options})
     differ = [
-        n for n in names if len({options.get(n) for options in flat}) > 1 and n.split(".")[0] not in _ASIDE
+        n
+        for n in names
+        if len({options.get(n) for options in flat}) > 1 and n.split(".")[0] not in _IGNORED_OPTIONS
     ]
     return [{name: options.get(name, "") for name in differ} for options in flat]
 

@@ -53,7 +53,7 @@ def test_a_claim_stands_with_its_words_numbers_and_answers(tmp_path: Path) -> No
     [claim] = drawn["claims"]
     assert (claim["name"], claim["figure"], claim["published"]) == (CLAIM["claim"][0], "zhang2007_fig5", 30.0)
     found = drawn["sets"]["synthetic"][claim["name"]]
-    assert (found["value"], found["ends"], found["said"]) == (28.7793, [22.5, 35.0], "agrees")
+    assert (found["value"], found["ends"], found["verdict"]) == (28.7793, [22.5, 35.0], "agrees")
     assert (found["beyond"], found["simple"]) == ("yes", -28.0)
     # Within the bounds: right of the line at 45 %, the middle of the bounds within the interval, baseline left of it.
     assert found["ring"] < 45.0 < found["reach"][0] < found["at"] < found["reach"][1] == 71.5
@@ -66,7 +66,7 @@ def test_other_data_sets_beside_these_stand_on_the_same_abscissa(tmp_path: Path)
     found = picture(tmp_path)["sets"]
     assert next(iter(found)) == "synthetic"
     own, far = (found[data]["zhang2007_map_thirty_percent"] for data in ("synthetic", "optical"))
-    assert far["said"] == "close"
+    assert far["verdict"] == "close"
     assert far["reach"][1] < 45.0 < own["reach"][0]
 
 
@@ -85,7 +85,7 @@ def test_a_switch_moves_the_claims_of_its_data_set_and_scale(tmp_path: Path) -> 
     ]
     assert drawn["switches"][0]["options"] == "model.divisor=R"
     moved = drawn["switches"][0]["moved"]["zhang2007_map_thirty_percent"]
-    assert (moved["value"], moved["said"], moved["tone"], moved["jumps"]) == (12.5, "differs", "bad", True)
+    assert (moved["value"], moved["verdict"], moved["tone"], moved["jumps"]) == (12.5, "differs", "bad", True)
     assert moved["reach"][1] < 45.0
 
 
@@ -100,7 +100,8 @@ def test_a_claim_of_other_bounds_or_of_another_version_has_its_verdict_and_no_pl
         drawn = ledger_picture(read_published(folder, ["zhang2007_fig5"]), listed=tmp_path / "none.csv")
         (row,) = drawn["sets"]["synthetic"].values()
         assert row == {
-            "value": 28.7793, "said": "agrees", "tone": "good", "ends": [22.5, 35.0], "beyond": "yes", "simple": -28.0
+            "value": 28.7793, "verdict": "agrees", "tone": "good", "ends": [22.5, 35.0],
+            "beyond": "yes", "simple": -28.0,
         }  # fmt: skip
 
 

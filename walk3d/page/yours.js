@@ -4,7 +4,7 @@ const Yours = (() => {
   const JOINTS = JSON.parse(document.getElementById("joints").textContent), BLOCKS = 5;
   const STRIDE_HZ = [0.4, 1.6], STEPS = 241, TRAVELLED_MM = 500, MIN_FRAMES = 20, MIN_DURATION_S = 1.5;
   const CONTROL = `<label for="own-walk">Your walk<input id="own-walk" type="file" accept=".csv,text/csv"><span></span></label>
-    <p class="meta"><output id="own-walk-said">Choose or drop walk.csv or joints.csv of reconstruct, or another CSV with time_s, joint, x_mm, y_mm, z_mm. It stays on your machine.</output></p>`;
+    <p class="meta"><output id="own-walk-status">Choose or drop walk.csv or joints.csv of reconstruct, or another CSV with time_s, joint, x_mm, y_mm, z_mm. It stays on your machine.</output></p>`;
 
   // Return the complete frames (45 numbers each) and their times in seconds.  A file without them is an error.
   function read(text) {
@@ -101,7 +101,7 @@ const Yours = (() => {
     const panel = document.getElementById("player");
     if (!panel) return;
     document.getElementById("count").closest("label").insertAdjacentHTML("afterend", CONTROL);
-    const input = document.getElementById("own-walk"), out = document.getElementById("own-walk-said");
+    const input = document.getElementById("own-walk"), out = document.getElementById("own-walk-status");
     async function take(file) {
       if (!file) return;
       try {

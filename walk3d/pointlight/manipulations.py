@@ -46,10 +46,10 @@ def scrambled(lights: PointLights, generator: np.random.Generator) -> PointLight
     The motion of each dot does not change; its position is no longer informative.
     """
     low, high = lights.bounds
-    return replace(lights, positions=_placed(lights.positions, low, high, generator))
+    return replace(lights, positions=_moved_into(lights.positions, low, high, generator))
 
 
-def _placed(
+def _moved_into(
     trajectories: np.ndarray, low: np.ndarray, high: np.ndarray, generator: np.random.Generator
 ) -> np.ndarray:
     """Return trajectories (T, P, 2), each moved to a random position where it is inside a rectangle."""
@@ -200,4 +200,4 @@ def _noise_dots(
     trajectories = model.positions[:, source_joints]
     if model.loops:
         trajectories = _starting_at(trajectories, generator.integers(frames, size=dots))
-    return _placed(trajectories, low, high, generator)
+    return _moved_into(trajectories, low, high, generator)

@@ -8,7 +8,7 @@ const Ledger = (() => {
     const box = id("ledger-rows"), at = id("ledger-data");
     if (!box || !at) return;
     const { papers, claims, sets, switches } = JSON.parse(at.textContent), data = id("ledger-set"), option = id("ledger-switch");
-    const home = Object.keys(sets)[0], rows = [], details = id("ledger-said");
+    const home = Object.keys(sets)[0], rows = [], details = id("ledger-details");
     for (const name of Object.keys(sets)) data.add(new Option(name, name));
     data.parentElement.hidden = Object.keys(sets).length < 2;
     option.add(new Option("none: the defaults", ""));
@@ -62,8 +62,8 @@ const Ledger = (() => {
       link.addEventListener("click", event => { event.preventDefault(); go(claim); });
       const target = claim.kind === "target";
       add("ledger-says", make("b", "", claim.short), target ? `: ${claim.quote} ` : `: “${claim.quote}” `, link);
-      if (f.said) {
-        const line = add("", chip(f.tone, f.said));
+      if (f.verdict) {
+        const line = add("", chip(f.tone, f.verdict));
         if (f.beyond) line.append(chip({ yes: "better", no: "even", worse: "worse", unknown: "unsure" }[f.beyond] ?? "even", { yes: "beyond its baseline", no: "not beyond its baseline", worse: "worse than its baseline", unknown: "comparison with its baseline unknown" }[f.beyond] ?? f.beyond));
         line.append(`ours ${digits(f.value)}${unit}`, f.ends ? ` (95 %: ${digits(f.ends[0])} to ${digits(f.ends[1])})` : "",
           Number.isFinite(claim.published) ? `; ${target ? "target" : "the paper"} ${Charts.say(claim.published)}${unit}` : "", claim.bounds ? `; bounds ${claim.bounds.replaceAll("-", "−")}` : "",
@@ -81,7 +81,7 @@ const Ledger = (() => {
         const f = resultOf(claim), placed = f.at !== undefined;
         row.classList.toggle("empty", !placed);
         row.classList.toggle("jumps", Boolean(jumps[claim.name]?.jumps));
-        row.setAttribute("aria-label", `${claim.short}: ${f.said ?? "no number"}`);
+        row.setAttribute("aria-label", `${claim.short}: ${f.verdict ?? "no number"}`);
         if (!placed) continue;
         shown++;
         parts.dot.className = `ledger-dot ${f.tone}`; parts.dot.style.left = `${f.at}%`;

@@ -52,7 +52,7 @@ def test_the_browser_computes_the_tables(folder: Path, browser: str, tmp_path: P
     assert float(facts["half"]) == pytest.approx(half, rel=1e-4)
     assert float(facts["covered"]) == pytest.approx(covered, abs=0.01)
     assert "Anatomical is ours" in dom
-    assert 'id="own-walk-said"' in dom.partition('<form id="player"')[2]
+    assert 'id="own-walk-status"' in dom.partition('<form id="player"')[2]
 
 
 def test_back_to_the_paper_from_our_method(folder: Path, browser: str, tmp_path: Path) -> None:

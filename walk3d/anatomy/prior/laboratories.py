@@ -30,7 +30,7 @@ from pipeline.skeleton import WALKER15
 from walk3d.anatomy.prior.bars import GROUP_OF_JOINT, GROUPS
 from walk3d.anatomy.prior.prior import JOINTS, Prior, by_joint
 
-WORTH = 4.0
+ASSUMED_CONTRASTS = 4.0
 """Weight of the assumed differences, as a number of contrasts between laboratories."""
 COMMON = 0.5
 """Share of a laboratory's difference L that is common to its people; marker placement varies the rest by person."""
@@ -126,7 +126,7 @@ def learn_differences(
     laboratories: np.ndarray,
     assumed: Differences,
     *,
-    worth: float = WORTH,
+    worth: float = ASSUMED_CONTRASTS,
 ) -> Differences:
     """Estimate the differences between laboratories as random effects, shrunken towards assumed ones.
 
@@ -156,7 +156,7 @@ def learn_differences(
     size = np.einsum("pjk,jk->p", of_person, average) / (average**2).sum()
     offset = of_person - size[:, None, None] * average
 
-    def learnt(values: np.ndarray, before: float) -> float:
+    def deviation_of(values: np.ndarray, before: float) -> float:
         """Return the standard deviation of a difference between laboratories, common to values (P, n)."""
         means = np.stack([values[laboratory == number].mean(axis=0) for number in range(len(names))])
         sampling = ((values - means[laboratory]) ** 2).sum(axis=0).mean() / (len(who) - len(names)) / counts
@@ -174,8 +174,8 @@ def learn_differences(
     groups = [_HAS_OFFSET & (number == GROUP_OF_JOINT) for number in range(len(GROUPS))]
     return Differences(
         offset_mm=tuple(
-            learnt(offset[:, group].reshape(len(who), -1), before)
+            deviation_of(offset[:, group].reshape(len(who), -1), before)
             for group, before in zip(groups, assumed.offset_mm, strict=True)
         ),
-        size=learnt(size[:, None], assumed.size),
+        size=deviation_of(size[:, None], assumed.size),
     )

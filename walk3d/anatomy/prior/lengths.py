@@ -150,7 +150,7 @@ class Lengths:
         bones = ENDS @ walkers.reshape(len(walkers), JOINTS, -1)
         return bones.reshape(len(walkers), len(BONES), -1, self._blocks) @ self._basis.T
 
-    def _measured(self, u: np.ndarray, which: np.ndarray) -> tuple[np.ndarray, ...]:
+    def _length_terms(self, u: np.ndarray, which: np.ndarray) -> tuple[np.ndarray, ...]:
         """Return length terms, directions (m, 16, a, K) and lengths (m, 16, K) of bones, and half the terms' slopes."""
         walkers = self._start[which]
         walkers.reshape(len(u), -1)[:, self._rows] = u
@@ -165,13 +165,13 @@ class Lengths:
 
     def slope(self, u: np.ndarray, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the length terms (m,) of unknowns (m, U) of some observations (m,), and half their gradient (m, U)."""
-        cost, direction, _, pull = self._measured(u, which)
+        cost, direction, _, pull = self._length_terms(u, which)
         of_bones = (pull[:, :, None] * direction) @ self._basis
         return cost, (ENDS.T @ of_bones.reshape(len(u), len(BONES), -1)).reshape(len(u), -1)[:, self._rows]
 
     def matrix(self, u: np.ndarray, which: np.ndarray, *, exact: bool = False) -> np.ndarray:
         """Return half the second derivatives (m, U, U): Gauss-Newton, or exact with the lengths' curvature."""
-        _, direction, length, pull = self._measured(u, which)
+        _, direction, length, pull = self._length_terms(u, which)
         n, a = len(u), direction.shape[2]
         size, weight = a * self._blocks, self._weight[which]
         tensor = direction[:, :, :, None] * direction[:, :, None]  # (n, 16, a, a, K)

@@ -133,7 +133,7 @@ class Walks:
         self._blocks, self._rows = walkers.shape[-1], walkers.reshape(*walkers.shape[:2], -1)
         lengths = bone_lengths(walkers)
         self._length_variance, length = lengths.var(axis=-1), lengths.mean(axis=-1)
-        self._apart = (length[..., PAIRS[:, 0]] - length[..., PAIRS[:, 1]]) ** 2
+        self._asymmetry = (length[..., PAIRS[:, 0]] - length[..., PAIRS[:, 1]]) ** 2
 
     def centred(self, some: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the weighted mean (45 B,) of selected walks, rows (N, 45 B) with ``S = rows^T rows``, and weights
@@ -156,7 +156,7 @@ class Walks:
         mean, rows, w = self.centred(some, weights)
         C = structured_covariance(rows.T @ rows, blocks, shrinkage)
         length_variance, asymmetry = (
-            part[:, some].reshape(len(w), -1) for part in (self._length_variance, self._apart)
+            part[:, some].reshape(len(w), -1) for part in (self._length_variance, self._asymmetry)
         )
         return Prior(
             mean=mean.reshape(JOINTS, 3, blocks),

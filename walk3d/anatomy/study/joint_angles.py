@@ -107,7 +107,7 @@ class JointAngles(Sweep):
             [~data.unmeasured[:, list(joints_of(a))].any(axis=1) for a in JOINT_ANGLES], axis=1
         )
 
-        def one(r: int) -> pd.DataFrame:
+        def walker_rows(r: int) -> pd.DataFrame:
             true_angles = np.moveaxis(flexion(true(r)), 0, -1)
             estimates = np.moveaxis(flexion(motions(r, view_deg)), 2, -1)
             error, offset_free = (
@@ -127,7 +127,9 @@ class JointAngles(Sweep):
                 }
             )
 
-        rows = pd.concat(map_processes(one, range(len(data.coefficients)), inputs.workers), ignore_index=True)
+        rows = pd.concat(
+            map_processes(walker_rows, range(len(data.coefficients)), inputs.workers), ignore_index=True
+        )
         complete = np.flatnonzero(measured.all(axis=1))
         candidates = complete if len(complete) else np.arange(len(measured))
         off = (

@@ -75,14 +75,14 @@ class Coverage(Sweep):
         whole = anatomical_setting(inputs.model_options, people.harmonics)
         tuned = people.tuned_map(NOISE_VARIANCES_MM2, self.partners, inputs.workers)
 
-        def one(person: int) -> tuple[np.ndarray, np.ndarray]:
+        def person_errors(person: int) -> tuple[np.ndarray, np.ndarray]:
             fold = people.fold(person)
             settings = (approach_two(70.0), tuned[person], whole)
             bars = [fold.bars(setting, person, view)[1:] for setting in settings]
             errors, deviations = zip(least_squares_bars(people, person, view), *bars, strict=True)
             return np.stack(errors), np.maximum(np.stack(deviations), _MIN_SD_MM)
 
-        folds = map_processes(one, range(people.count), inputs.workers)
+        folds = map_processes(person_errors, range(people.count), inputs.workers)
         error = np.abs([fold[0] for fold in folds]).swapaxes(0, 1)  # (M, P, A, 15, K)
         deviation = np.stack([fold[1] for fold in folds], axis=1)
         squares = (error**2).mean(axis=(2, 3, 4))

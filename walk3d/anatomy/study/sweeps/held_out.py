@@ -168,7 +168,7 @@ class People:
         if requested is None:
             requested = np.ones((self.count, len(candidates)), bool)
 
-        def one(pair: tuple[int, int]) -> np.ndarray:
+        def errors_of_pair(pair: tuple[int, int]) -> np.ndarray:
             i, j = pair
             view = np.radians([CHOOSING_VIEWS_DEG[(i + j) % len(CHOOSING_VIEWS_DEG)]])
             walkers = np.stack([self.walker(j), self.walker(i)])
@@ -191,7 +191,7 @@ class People:
 
         total = np.zeros((self.count, len(candidates)))
         times = np.zeros(self.count)
-        for (i, j), pair_errors in zip(pairs, map_processes(one, pairs, workers), strict=True):
+        for (i, j), pair_errors in zip(pairs, map_processes(errors_of_pair, pairs, workers), strict=True):
             total[i] += pair_errors[:, 0]  # errors on j of a model without i and j
             total[j] += pair_errors[:, 1]
             times[[i, j]] += 1

@@ -36,7 +36,7 @@ PERSON, LABORATORY = "all but the person", "all other laboratories"
 """Kinds of training data for a person; each other laboratory alone is a further kind."""
 METHODS = ("average_walker", "map_tuned", "anatomical", "anybody")
 """Methods; ``anatomical`` ignores differences between laboratories, ``anybody`` models them."""
-KNOWN = (1, 3, 8)
+KNOWN_COUNTS = (1, 3, 8)
 """Numbers of other people of the tested laboratory whose walks are known in 3D: methods ``anybody_k``."""
 MIN_PEOPLE = 4
 """Smallest number of training people."""
@@ -109,7 +109,9 @@ class Laboratories(Sweep):
         anybody = replace(whole, differences=Differences())
         orders = [inputs.generator(f"people {n}").permutation(people.count) for n in range(people.count)]
 
-        def one(person: int) -> tuple[list[dict[str, object]], list[np.ndarray], list[dict[str, object]]]:
+        def person_rows(
+            person: int,
+        ) -> tuple[list[dict[str, object]], list[np.ndarray], list[dict[str, object]]]:
             rows, z = [], []
             settings = dict(zip(METHODS, (tuned[person], tuned[person], whole, anybody), strict=True))
             key = {"person": str(model.people[person]), "tested": str(model.sources[person])}
@@ -126,7 +128,7 @@ class Laboratories(Sweep):
             rows += [{**key, **row} for row in _of_known_people(people, anybody, person, orders[person])]
             return rows, z, _curve(people, settings, person, orders[person])
 
-        results = map_processes(one, range(people.count), inputs.workers)
+        results = map_processes(person_rows, range(people.count), inputs.workers)
         rows = pd.DataFrame([row for each in results for row in each[0]])
         barred = rows["method"].isin(METHODS[2:])
         z = np.concatenate([each[1] for each in results])
@@ -165,7 +167,7 @@ def _of_known_people(
     others = order[same_laboratory[order] & (order != person)]
     if (~same_laboratory).sum() < MIN_PEOPLE:
         return
-    for count in (k for k in KNOWN if k <= len(others)):
+    for count in (k for k in KNOWN_COUNTS if k <= len(others)):
         fold = people.fold(*np.flatnonzero(same_laboratory).tolist(), known=tuple(others[:count].tolist()))
         error, z = _with_bars(people, fold, anybody, person)
         yield {

@@ -80,7 +80,7 @@ class Occlusion(Sweep):
         masks = [np.isin(WALKER15.joints, names) for names in HIDDEN.values()]
         weights = errors.parseval_weights(1 + 2 * people.harmonics)
 
-        def one(person: int) -> list[tuple[np.ndarray, np.ndarray]]:
+        def person_errors(person: int) -> list[tuple[np.ndarray, np.ndarray]]:
             fold = people.fold(person)
             walker = people.walker(person)
             settings = (tuned[person], tuned[person], whole)
@@ -116,7 +116,7 @@ class Occlusion(Sweep):
                 results.append((np.array(square), np.stack(bars)))
             return results
 
-        folds = map_processes(one, range(people.count), inputs.workers)
+        folds = map_processes(person_errors, range(people.count), inputs.workers)
         square = np.stack([np.stack([square for square, _ in fold]) for fold in folds])  # (P, S, M, 2, A)
         rows, bars = [], []
         for s, hidden in enumerate(HIDDEN):

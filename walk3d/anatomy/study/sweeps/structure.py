@@ -70,7 +70,7 @@ class Structure(Sweep):
         few = np.flatnonzero((np.arange(len(view)) - middle) % PARTS_EVERY == 0)
         parts, everywhere = of_part("taken away", "varied"), of_part("added", "settings")
 
-        def one(person: int) -> list[dict[str, Any]]:
+        def person_rows(person: int) -> list[dict[str, Any]]:
             fold = people.fold(person)
             of_parts = {tuple(everywhere): np.arange(len(view)), tuple(parts): few}
             return [
@@ -88,7 +88,7 @@ class Structure(Sweep):
                 )
             ]
 
-        folds = map_processes(one, range(people.count), inputs.workers)
+        folds = map_processes(person_rows, range(people.count), inputs.workers)
         return StructureErrors(stacked([row for rows in folds for row in rows]))
 
     def _settings(self, people: People, whole: Setting, workers: int) -> dict[str, list[Setting]]:
