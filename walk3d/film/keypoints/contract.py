@@ -45,11 +45,11 @@ class Detections:
     frame : (N,)
         Frame of each detection, from 0; not a whole number if the times in the file are uneven.
     identity : (N,) str
-        Identity in the file; empty if there is none.
+        Identity in the file; empty if missing.
     points : (N, K, 2) float64
         Columns and rows, rows counted downwards unless a note says otherwise; NaN where missing.
     confidence : (N, K)
-        Confidence in the file; 1 if there is none.
+        Confidence in the file; 1 if missing.
     n_frames : int
         Number of frames of the video as far as known, including frames without people.
     frame_rate_hz : float
@@ -190,7 +190,9 @@ def timed(table: Rows, column: int, frames: np.ndarray | None, rate: float) -> t
         Column of the times.
     frames : (R,) int or None
         Frames as numbered or in order of the rows: rows of one frame have one time.  None: rows of one time are a
-        frame. Declared frames per second, which are kept if there are no usable times; 0: none are declared.
+        frame.
+    rate : float
+        Declared frames per second, which are kept if there are no usable times; 0: none are declared.
     """
     try:
         set_to_seconds(table, column)

@@ -144,7 +144,7 @@ def recognise(source: Detections, layout_name: str = "") -> tuple[Layout, np.nda
     -------
     layout : Layout
     order : (K,) int
-        Index of the file's point for each point of the layout; -1 if the file has none.
+        Index of the file's point for each point of the layout; -1 if the file lacks it.
     why : str
         Reason, one sentence.
 

@@ -39,7 +39,7 @@ class Track:
     Attributes
     ----------
     identity : str
-        Most frequent identity in the file; empty if the file has none.
+        Most frequent identity in the file; empty if the file has no identities.
     frame : (n,) int
         Frames of the video.
     rows : (n,) int
