@@ -178,7 +178,7 @@ class RecordedData(Recordings):
 
 BY_FOLDER = "^(.+?)/"
 """Pattern of `FolderData.person` for a folder per person."""
-WHOSE = f"'{BY_FOLDER}' if each folder has a person, '([^/_.]+)[^/]*$' if all files are of one person"
+WHOSE = f"'{BY_FOLDER}' if each folder is of one person, '([^/_.]+)[^/]*$' if all files are of one person"
 """Advice on `FolderData.person` for files with the same name."""
 
 

@@ -447,7 +447,7 @@ BAD_CLIPS: list[tuple[Callable[[WalkingPopulation, Path], None], str]] = [
     (one_frame, "no steady walking"),
     (truncated_c3d, "truncated"),
     (empty_file, "empty"),
-    (amc_without_its_skeleton, "expected one .asf beside it"),
+    (amc_without_its_skeleton, "expected one .asf file in its folder"),
 ]
 
 

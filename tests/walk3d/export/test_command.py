@@ -251,7 +251,7 @@ def test_inspect_goes_on_after_a_file_of_two_people(walk: np.ndarray, tmp_path: 
     write_c3d(tmp_path / "c.c3d", WALKER15.joints, walk / 1000, HZ)
     both, one, metres = inspect([str(tmp_path)])
     assert both.people == ("anna", "ben")
-    assert "choose one by subject=" in both.lines[-2]
+    assert "select one with subject=" in both.lines[-2]
     assert both.lines[-1].endswith("subject=anna")
     assert one.people == ()
     assert one.strides > 2
