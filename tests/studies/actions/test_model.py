@@ -17,7 +17,8 @@ from pipeline.studies.actions.model import MAX_VARIANCE_LEFT, ActionSpaceModel
 
 
 @pytest.mark.parametrize(
-    ("bends", "others", "told"), [(8, 0, []), (8, 1, ["smooth_angles_001 is unlike"]), (0, 8, ["one action"])]
+    ("bends", "others", "told"),
+    [(8, 0, []), (8, 1, ["smooth_angles_001 may be of another action"]), (0, 8, ["several actions"])],
 )
 def test_another_action_is_told(bends: int, others: int, told: list[str]) -> None:
     performances = synthetic_performances(SyntheticPerformances(performances=8), 3)

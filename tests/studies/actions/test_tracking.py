@@ -227,7 +227,7 @@ def test_one_person_alone_is_not_left_out(postures: Postures) -> None:
     alone = replace(postures, person=np.full(len(postures.person), "a"))
     found = measure(replace(QUICK, particles=[5], tracked=1, occluded=[0.0]), alone)
     assert list(found.leave_out) == ["performance"]
-    assert found.remarks == ["tracking: one person alone, so no person is left out"]
+    assert found.remarks == ["tracking: there is only one person, so no person is left out"]
     with rejects("too_few_people", "sweep.leave_out", count=1):
         measure(replace(QUICK, leave_out=[LeaveOut.person]), alone)
 
