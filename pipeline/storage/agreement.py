@@ -132,7 +132,7 @@ def _stated(kept: Path) -> dict[str, float]:
             if not is_relative(row["table"]):
                 raise InvalidInput(
                     "the table must have a relative path inside its folder",
-                    DIGITS,
+                    f"{DIGITS}: table",
                     received=row["table"],
                     code="not_plain_path",
                 )

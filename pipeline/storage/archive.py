@@ -165,7 +165,9 @@ def traced_files(
         If the tree is dirty, or a result is missing, unfinished, damaged, of another scale or from other sources.
     """
     if not re.fullmatch(r"\d{4}-\d{2}-\d{2}", date):
-        raise InvalidInput("must be a date", "the archive's date", "2026-01-31", date, code="not_a_date")
+        raise InvalidInput(
+            "the archive's date is not a date", expected="2026-01-31", received=date, code="not_a_date"
+        )
     if not re.fullmatch(r"[0-9a-f]{40}", commit):
         raise InvalidInput(
             "the archive needs a commit: run this in a git clone",

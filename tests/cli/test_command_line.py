@@ -169,7 +169,7 @@ def test_the_equations_are_printed_with_their_homes(say: Callable) -> None:
         ("zhang2007_fig5", "sweep.view_angle_deg.stop=-90", ["sweep.view_angle_deg.stop must be above -90"]),
         ("zhang2007_fig6", "sweep.view_angle_deg.step=0", ["sweep.view_angle_deg", "step"]),
         ("zhang2007_fig5", "sweep.methods=[]", ["sweep.methods", "none"]),
-        ("zhang2007_fig5", "sweep.methods=[map,map]", ["sweep.methods must hold", "got map, map"]),
+        ("zhang2007_fig5", "sweep.methods=[map,map]", ["sweep.methods must be non-empty", "got map, map"]),
         ("zhang2007_fig5", "sweep.methods=[mpa]", ["sweep.methods", "least_squares", "mpa"]),
         ("zhang2007_fig5", "sweep.truth=video", ["sweep.truth", "motion, fourier"]),
         ("zhang2007_fig5", "sweep.missing_variance=x", ["temporal, overall"]),
@@ -287,7 +287,7 @@ def test_one_refused_figure_does_not_stop_the_others(say: Callable, smoke_cache:
     )  # fmt: skip
     assert said.status == 1
     assert_one_sentence(
-        said.err, "refused (zhang2007_fig5, zhang2007_fig2)", "model.components must be at least 1"
+        said.err, "not made (zhang2007_fig5, zhang2007_fig2)", "model.components must be at least 1"
     )
     said = say(
         "figures", "experiment=zhang2007_fig3,zhang2007_fig2", *QUICK, f"results={smoke_cache}", "figure.picture=false",
@@ -729,7 +729,7 @@ def test_a_folder_that_was_not_published_is_not_replaced(
     said = say("experiment=zhang2007_fig2", "scale=smoke", f"results={tmp_path / 'results'}")
     assert (said.status, said.result) == (1, "")
     assert_one_sentence(
-        said.err, str(destination), "not published by this program", "manifest.json is missing"
+        said.err, str(destination), "this program did not publish it", "manifest.json is missing"
     )
     assert_unharmed(destination)
 

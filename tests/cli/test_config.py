@@ -237,7 +237,7 @@ def test_no_figure_is_a_refusal_that_lists_them() -> None:
 def test_an_error_of_ours_keeps_its_traceback() -> None:
     assert sentence(KeyError("path_walker_mm2")) == ""
     assert sentence(TypeError("no option")) == ""
-    assert sentence(MemoryError("40 GiB")) == "there is too little memory for this: 40 GiB"
+    assert sentence(MemoryError("40 GiB")) == "there is not enough memory: 40 GiB"
     assert sentence(PermissionError(13, "Permission denied", "folder")) == "folder: Permission denied"
 
 
