@@ -13,13 +13,14 @@ takes long to import, and few commands draw: each module is imported by its own 
 `embedding`       a picture that is drawn, reduced: as text inside a page, or its bytes
 ================  ==================================================================================
 
->>> from pipeline.charts import Chart, Sheet
+>>> from pipeline.charts import Axis, Chart, Sheet
 >>> from pipeline.palette import Style
 >>> from pipeline.pictures.charts import draw_charts
 >>> from pipeline.pictures.style import Canvas
 >>> METHODS = {"least_squares": Style("approach I", "least_squares"), "map": Style("approach II", "map")}
+>>> VIEW = Axis(label="View", unit="°")
 >>> CHARTS = Sheet(charts=[
-...     Chart(x="view_angle_deg", x_label="View", x_unit="°", y=y, by="method", styles=METHODS, label=label, unit=unit)
+...     Chart(x="view_angle_deg", abscissa=VIEW, y=y, by="method", styles=METHODS, label=label, unit=unit)
 ...     for y, label, unit in [("absolute_error_mm2", "Absolute error", "mm²"), ("relative_error", "Its share", "")]
 ... ])
 >>> def picture(table, stem):

@@ -135,7 +135,7 @@ def test_a_wrong_command_is_answered_in_one_sentence(
     ("arguments", "words"),
     [
         ([], "no figure is named"),
-        (["zhang2007_fig55"], "the figure must be one of"),
+        (["zhang2007_fig55"], "experiment must be one of"),
         (["zhang2007_fig5", "results=nowhere"], "no such recording yet"),
     ],
 )

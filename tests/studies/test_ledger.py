@@ -90,7 +90,8 @@ def test_a_folder_is_judged_like_its_figures(tmp_path: Path) -> None:
     assert written["value"][row] == pytest.approx(95.5)
     assert written["class"][row] == "statistic_of_people"
     assert written["beyond_baseline"][row] == "not applicable"
-    expected = """claim paper section kind same_as figure quote published unit measure help agreement value value_low
+    expected = """claim short paper section kind same_as figure quote published unit measure help agreement value
+        value_low
         value_high bounds close_bounds one_sample_low one_sample_high paper_in_prediction beyond_baseline class baseline
         baseline_knows baseline_value baseline_low baseline_high gain gain_low gain_high why n_people written"""
     assert list(written) == expected.split()

@@ -172,7 +172,7 @@ def edit_reader(project: Path) -> None:
     (project / POINT_LIST).write_text(textwrap.dedent(READER), encoding="utf-8")
     edit(project, FORMATS, '    ".npz": arrays.read,\n', '    ".pts": pointlist.read,\n')
     text = (project / FORMATS).read_text(encoding="utf-8")
-    text = text.replace("bvh, c3d, mvnx\n", "bvh, c3d, mvnx, pointlist\n")
+    text = text.replace(", mvnx\n", ", mvnx, pointlist\n")
     (project / FORMATS).write_text(text, encoding="utf-8")
     lines = "100 LKNE RKNE\n" + "".join(f"0 0 {k} 100 0 {k}\n" for k in range(5))
     (project / FIXTURE).write_text(lines, encoding="ascii")

@@ -26,7 +26,9 @@ def test_ordinary_lengths_are_those_of_the_synthetic_walkers_on_average() -> Non
     """The walkers draw the same sources by another road: kinematics with spreads and unlike sides."""
     walkers = walking_population(np.random.default_rng(4), male=6, female=6, duration_s=2.5)
     lengths = np.array([true_lengths(WALKER14, positions) for positions in walkers.positions_mm])
-    ordinary = np.array([anthropometric_lengths(WALKER14, size_mm=who.stature) for who in walkers.people])
+    ordinary = np.array(
+        [anthropometric_lengths(WALKER14, size_mm=who.body.stature) for who in walkers.people]
+    )
     np.testing.assert_allclose(ordinary.mean(axis=0), lengths.mean(axis=0), rtol=0.04)
 
 
