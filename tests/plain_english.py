@@ -209,7 +209,16 @@ def files() -> list[Path]:
     """Return the sources and pages that are judged."""
     folders = ("pipeline", "walk3d", "gait_pipeline", "tests", "docs")
     sources = [path for folder in folders for path in (ROOT / folder).rglob("*.py")]
-    pages = [ROOT / name for name in ("README.md", "CHANGELOG.md", "CONTRIBUTING.md", "data/README.md")]
+    pages = [
+        ROOT / name
+        for name in (
+            "README.md",
+            "CHANGELOG.md",
+            "CONTRIBUTING.md",
+            "data/README.md",
+            "results/archive/README.md",
+        )
+    ]
     listed = [*sources, ROOT / "tutorial.py", *pages, *(ROOT / "docs").glob("*.md")]
     return sorted(path for path in listed if path.relative_to(ROOT).as_posix() not in EXCEPTIONS)
 

@@ -97,7 +97,8 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
     copy = tmp_path_factory.mktemp("fifth") / "project"
     copy_tree(ROOT, copy, "results", ".*", "raw")
     (copy / "results").mkdir()
-    shutil.copy(ROOT / "results" / "published.csv", copy / "results")
+    for table in ("published.csv", "durations.csv"):
+        shutil.copy(ROOT / "results" / table, copy / "results")
     for name, text in FILES.items():
         (copy / name).parent.mkdir(exist_ok=True)
         (copy / name).write_text(textwrap.dedent(text), encoding="utf-8")

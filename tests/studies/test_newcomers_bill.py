@@ -208,7 +208,8 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
     copy = tmp_path_factory.mktemp("newcomer") / "project"
     copy_tree(ROOT, copy, "results", ".*", "raw", "site")
     (copy / "results").mkdir()
-    shutil.copy(ROOT / "results" / "published.csv", copy / "results")
+    for table in ("published.csv", "durations.csv"):
+        shutil.copy(ROOT / "results" / table, copy / "results")
     for change in BILL:
         change(copy)
     return copy
