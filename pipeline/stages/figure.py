@@ -87,14 +87,12 @@ def _publish(
         if figure.picture:
             from pipeline.pictures.picture import Picture
 
-            figure.draw(
-                inputs, figure_tables, Picture(publication.folder / "figure", sheet, figure_tables, caption)
-            )
+            picture = Picture(publication.folder / "figure", sheet, figure_tables, caption)
+            figure.draw(inputs, figure_tables, picture)
         if figure.recording and complete:
             begin = partial(
-                recordings.Recording, publication.folder / "recording.rrd", name=experiment.name, charts=sheet.charts,
-                about=inputs.about(expect), edition=f"{experiment.data.name} {experiment.scale.name}",
-                tables=figure_tables,
+                recordings.Recording, publication.folder / "recording.rrd", name=experiment.name, about=inputs.about(expect),
+                edition=f"{experiment.data.name} {experiment.scale.name}", charts=sheet.charts, tables=figure_tables,
             )  # fmt: skip
             figure.record(inputs, figure_tables, begin)
         publication.facts = {

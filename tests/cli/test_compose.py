@@ -119,7 +119,7 @@ def test_figures_are_composed_in_the_papers_order_with_the_same_overrides() -> N
     first, second = compose_figures(["zhang2007_fig5", "mozerov2006_fig1"], ["data=hdm05", "seed=3"])
     assert [one.name for one in (first, second)] == ["zhang2007_fig5", "mozerov2006_fig1"]
     assert (first.seed, second.seed) == (3, 3)
-    assert "holds no walks" in reason_without_clips(first)
+    assert "has no walks" in reason_without_clips(first)
     assert reason_without_clips(second) == ""
 
 

@@ -23,8 +23,8 @@ from pipeline.studies.study import Sweep
 from pipeline.validation import Count, Distinct, require_range
 
 KINDS = ("accepted", "outside", "training", "unsynchronized")
-"""Kinds of postures: sampled within the bounds; with every coordinate beyond the bounds; recorded and synchronized, at
-the same frame; sampled within the bounds of a model of linearly normalised performances."""
+"""Kinds of postures: sampled within the bounds; sampled with every coordinate beyond the bounds; recorded and
+synchronized, at the same frame; sampled within the bounds of a model without synchronization."""
 
 TAIL_MM, TAIL_SHARE = 100.0, 95.0
 """Distance that is visible, a knee's breadth, and the percentile of the tail: "only" is a statement about the tail."""
