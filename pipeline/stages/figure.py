@@ -54,47 +54,46 @@ def run(
     inputs = FigureInputs(experiment, *(stage.value for stage in stages))
     if early and populations.count(experiment) and not folder.exists():
         _publish(inputs, stages, folder, experiment.figure.tables(inputs), measures, complete=False)
-    inputs, figure_tables = displayed_population(inputs, store)
-    return _publish(inputs, stages, folder, figure_tables, measures)
+    inputs, outputs = displayed_population(inputs, store)
+    return _publish(inputs, stages, folder, outputs, measures)
 
 
 def _publish(
     inputs: FigureInputs[Any, Any, Any],
     stages: Sequence[Stored[Any]],
     folder: Path,
-    figure_tables: Mapping[str, Any],
+    outputs: Mapping[str, Any],
     measures: Registry,
     *,
     complete: bool = True,
 ) -> list[Verdict]:
     """Publish a figure with these tables; an incomplete one lacks the recording and the digest of its sources."""
-    experiment, figure, figure_tables = inputs.experiment, inputs.experiment.figure, dict(figure_tables)
+    experiment, figure, outputs = inputs.experiment, inputs.experiment.figure, dict(outputs)
     with publish(folder, having="figure") as publication:
-        for name, table in figure_tables.items():
+        for name, table in outputs.items():
             tables.write(publication.folder / f"{name}.csv", table)
         report = report_table(inputs.clips.report, inputs.clips.report_columns)
         tables.write(publication.folder / f"{INGEST}.csv", report, sort_by=["source", "person", "clip"])
-        judged_tables = {**figure_tables, INGEST: report}
+        judged_tables = {**outputs, INGEST: report}
         verdicts = judge_figure(
             experiment.name, judged_tables, experiment.data.name, measures=measures,
             smoke=experiment.scale.name == SMOKE, overridden=folder.parent != experiment.published_in,
         )  # fmt: skip
         write_claims(publication.folder / "claims.csv", verdicts)
         (publication.folder / "arrays.npz").write_bytes(packed({**inputs.arrays, **figure.arrays(inputs)}))
-        sheet = figure.charts(inputs, figure_tables).with_published(papers.published)
+        sheet = figure.charts(inputs, outputs).with_published(papers.published)
         caption = f"{inputs.caption} {sheet.caption}".strip()
         expect = filled_caption(experiment.expect, number_of_figure(experiment.name, judged_tables, measures))
         if figure.picture:
             from pipeline.pictures.picture import Picture
 
-            picture = Picture(publication.folder / "figure", sheet, figure_tables, caption)
-            figure.draw(inputs, figure_tables, picture)
+            figure.draw(inputs, outputs, Picture(publication.folder / "figure", sheet, outputs, caption))
         if figure.recording and complete:
             begin = partial(
-                recordings.Recording, publication.folder / "recording.rrd", name=experiment.name, about=inputs.about(expect),
-                edition=f"{experiment.data.name} {experiment.scale.name}", charts=sheet.charts, tables=figure_tables,
+                recordings.Recording, publication.folder / "recording.rrd", name=experiment.name, charts=sheet.charts,
+                about=inputs.about(expect), edition=f"{experiment.data.name} {experiment.scale.name}", tables=outputs,
             )  # fmt: skip
-            figure.record(inputs, figure_tables, begin)
+            figure.record(inputs, outputs, begin)
         publication.facts = {
             "figure": experiment.name,
             "paper": experiment.paper,
