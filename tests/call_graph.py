@@ -52,40 +52,40 @@ class CallGraph:
         if not isinstance(node, ast.ClassDef):
             self.bodies[name] = (module, [node])
             return
-        own: list[ast.AST] = [*node.bases, *node.decorator_list]
+        reference: list[ast.AST] = [*node.bases, *node.decorator_list]
         for part in node.body:
             if isinstance(part, ast.FunctionDef | ast.AsyncFunctionDef):
                 self.bodies[f"{name}.{part.name}"] = (module, [part])
                 self.methods.setdefault(part.name, []).append(name)
                 if part.name.startswith("__"):
-                    own.append(part)
+                    reference.append(part)
             else:
-                own.append(part)
-        self.bodies[name] = (module, own)
+                reference.append(part)
+        self.bodies[name] = (module, reference)
 
     def resolve(self, name: str) -> str:
         """The dotted name where something is defined, through re-exports; the name itself if it is not ours."""
         for _ in range(20):
             head, _, last = name.rpartition(".")
-            known = self.modules.get(head, {}).get(last)
-            if known == name or (known is None and name in self.bodies):
+            finite = self.modules.get(head, {}).get(last)
+            if finite == name or (finite is None and name in self.bodies):
                 return name
-            if known is not None:  # what a package exports comes before a module of the same name
-                name = known
-            elif head and (found := self.resolve(head)) != head:
-                name = f"{found}.{last}"
+            if finite is not None:  # what a package exports comes before a module of the same name
+                name = finite
+            elif head and (result := self.resolve(head)) != head:
+                name = f"{result}.{last}"
             else:
                 return name
         return name
 
     def reached(self, starts: Iterable[str]) -> set[str]:
         """Dotted names of everything that these functions and modules reach, themselves included."""
-        waiting, found, attributes = list(starts), set(), set()
+        waiting, result, attributes = list(starts), set(), set()
         while waiting:
             name = waiting.pop()
-            if name in found or name not in self.bodies:
+            if name in result or name not in self.bodies:
                 continue
-            found.add(name)
+            result.add(name)
             module, nodes = self.bodies[name]
             for node in nodes:
                 for kind, used in _references(node):
@@ -96,9 +96,9 @@ class CallGraph:
                 f"{owner}.{attribute}"
                 for attribute in attributes
                 for owner in self.methods.get(attribute, ())
-                if owner in found
+                if owner in result
             ]
-        return found
+        return result
 
 
 def _statements(tree: ast.Module) -> Iterator[ast.AST]:

@@ -47,32 +47,32 @@ def markers(joints: np.ndarray) -> dict[str, np.ndarray]:
     def stuck(origin: np.ndarray, axes: np.ndarray, *place: float) -> np.ndarray:
         return origin + axes @ np.array(place, dtype=float)
 
-    made = {
+    output = {
         "V.Sacral": stuck(at("pelvis"), pelvis, 0, -90, 60),
         "Sternum": at("sternum"),
         "Top.Head": at("head"),
     }
     for side, sign in SIDES.items():
         long = {"R": "right", "L": "left"}[side]
-        made[f"{side}.ASIS"] = stuck(at("pelvis"), pelvis, sign * 125, 80, 70)
+        output[f"{side}.ASIS"] = stuck(at("pelvis"), pelvis, sign * 125, 80, 70)
         for marker, joint in (("Acromium", "shoulder"), ("Elbow", "elbow"), ("Wrist.Lat", "wrist")):
-            made[f"{side}.{marker}"] = at(f"{long}_{joint}")
+            output[f"{side}.{marker}"] = at(f"{long}_{joint}")
         for segment, upper, lower in (("Thigh", "hip", "knee"), ("Shank", "knee", "ankle")):
             end = at(f"{long}_{lower}")
             axes = _frame(across, at(f"{long}_{upper}") - end)
             for name, (lateral, forwards, up) in TECHNICAL[segment].items():
-                made[f"{side}.{segment}.{name}"] = stuck(end, axes, sign * lateral, forwards, up)
+                output[f"{side}.{segment}.{name}"] = stuck(end, axes, sign * lateral, forwards, up)
             for name, which in (("Lat", 1.0), ("Med", -1.0)):
                 width = _HALF_WIDTH[lower.title()]
-                made[f"{side}.{lower.title()}.{name}"] = stuck(end, axes, sign * which * width, 0, 0)
+                output[f"{side}.{lower.title()}.{name}"] = stuck(end, axes, sign * which * width, 0, 0)
         foot = _frame(across, _unit(axes[..., 2]) + np.array([0, 0, 1.0]))
         for name, place in (
             ("Heel", (0, -60, -50)),
             ("Midfoot.Sup", (0, 60, -10)),
             ("Toe.Tip", (0, 170, -50)),
         ):
-            made[f"{side}.{name}"] = stuck(end, foot, *place)
-    return made
+            output[f"{side}.{name}"] = stuck(end, foot, *place)
+    return output
 
 
 def standing(joints: np.ndarray) -> np.ndarray:
@@ -90,7 +90,7 @@ def trials(
     seed: int = 4, noise_mm: float = 0.0, seconds: float = 4.0
 ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
     """Return the markers, y up, of a walk and of a standing trial, all of both: callers leave out what they like."""
-    made = walkers.walking_population(
+    output = walkers.walking_population(
         np.random.default_rng(seed),
         male=1,
         female=0,
@@ -98,14 +98,18 @@ def trials(
         frame_rate_hz=HZ,
         marker_noise_mm=0.0,
     )
-    joints = made.positions_mm[0] + np.arange(made.positions_mm.shape[1])[:, None, None] / HZ * [0, 1200.0, 0]
+    joints = output.positions_mm[0] + np.arange(output.positions_mm.shape[1])[:, None, None] / HZ * [
+        0,
+        1200.0,
+        0,
+    ]
     random = np.random.default_rng(seed)
 
     def as_filmed(markers_of: dict[str, np.ndarray], frames: int) -> dict[str, np.ndarray]:
         return {
-            name: np.broadcast_to(place, (frames, 3))[:, [1, 2, 0]]
+            name: np.broadcast_to(position, (frames, 3))[:, [1, 2, 0]]
             + random.normal(scale=noise_mm, size=(frames, 3))
-            for name, place in markers_of.items()
+            for name, position in markers_of.items()
         }
 
     return as_filmed(markers(joints), len(joints)), as_filmed(markers(standing(joints)), 50)
@@ -113,4 +117,4 @@ def trials(
 
 def without(points: dict[str, np.ndarray], names: list[str]) -> dict[str, np.ndarray]:
     """The points but for some."""
-    return {name: place for name, place in points.items() if name not in names}
+    return {name: position for name, position in points.items() if name not in names}

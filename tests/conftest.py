@@ -111,8 +111,8 @@ def figure() -> Callable[..., Outcome]:
     from pipeline.storage.store import Store
 
     def figure(results: Path, name: str, *overrides: str, quick: bool = True) -> Outcome:
-        given = [f"experiment={name}", f"results={results}", *(QUICK if quick else ()), *overrides]
-        return make_figure(compose(given), results / "figures" / name, store=Store(results))
+        inputs = [f"experiment={name}", f"results={results}", *(QUICK if quick else ()), *overrides]
+        return make_figure(compose(inputs), results / "figures" / name, store=Store(results))
 
     return figure
 
@@ -146,11 +146,11 @@ def synthetic_tables(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict
     experiments = [compose([f"experiment={name}", *coarse, *FEW_TRIALS.get(name, ())]) for name in names]
     jobs = [(experiment, results / experiment.name) for experiment in experiments]
     assert make_figures(jobs, console=Console(file=StringIO(), width=200)) == []
-    found = {}
+    outcome = {}
     for name in names:
         for path in sorted((results / name).glob("table*.csv")):
-            found[name if path.stem == "table" else f"{name}/{path.stem}"] = tables.read(path)
-    return found
+            outcome[name if path.stem == "table" else f"{name}/{path.stem}"] = tables.read(path)
+    return outcome
 
 
 @pytest.fixture(scope="session")
@@ -160,8 +160,8 @@ def smoke_results(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
     results = tmp_path_factory.mktemp("smoke")
     command = ["-m", "pipeline", "figures", "scale=smoke", f"results={results}"]
-    made = python(*command)
-    assert made.returncode == 0, made.stderr
+    output = python(*command)
+    assert output.returncode == 0, output.stderr
     return results
 
 
@@ -188,7 +188,7 @@ FIRST = (
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Put the modules that take longest in front; the others stay in their order."""
-    rank = {place: n for n, place in enumerate(FIRST)}
+    rank = {name: number for number, name in enumerate(FIRST)}
 
     def place(item: pytest.Item) -> int:
         return next((n for name, n in rank.items() if item.nodeid.startswith(name)), len(rank))
@@ -231,7 +231,7 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 @pytest.fixture(scope="session")
 def browser() -> str:
     """A browser's name; tests that ask for it are skipped where there is none."""
-    found = next((name for name in BROWSERS if shutil.which(name)), "")
-    if not found:
+    outcome = next((name for name in BROWSERS if shutil.which(name)), "")
+    if not outcome:
         pytest.skip("needs Chromium")
-    return found
+    return outcome

@@ -32,7 +32,7 @@ def contents(folder: Path) -> str:
             names = ", ".join(name if full[name] else f"{name}?" for name in columns)
             lines.append(f"{path.name}, {len(next(iter(columns.values())))} rows: {names}")
     path = folder / "recording.rrd"
-    lines += [f"recording: {one}" for one in (sorted(reading.entities(path)) if path.is_file() else ())]
+    lines += [f"recording: {first}" for first in (sorted(reading.entities(path)) if path.is_file() else ())]
     return "\n".join(lines) + "\n"
 
 
@@ -43,12 +43,12 @@ def golden(figure: str) -> str:
 
 def columns_of(figure: str) -> dict[str, list[str]]:
     """Return the columns of each table that a figure is to leave, by the table's name."""
-    found = {}
+    result = {}
     for line in golden(figure).splitlines():
         if not line.startswith("recording: "):
             name, _, columns = line.partition(": ")
-            found[name.partition(".csv")[0]] = [column.rstrip("?") for column in columns.split(", ")]
-    return found
+            result[name.partition(".csv")[0]] = [column.rstrip("?") for column in columns.split(", ")]
+    return result
 
 
 def sharing_a_class(figures: Collection[str]) -> dict[str, list[str]]:

@@ -54,12 +54,12 @@ def _values(hint: Any) -> Any:
 
 def options(path: str, option: Any, known: dict[str, Any]) -> Iterator[tuple[str, Any, Any]]:
     """Each option below a group: its path, its value and what its class knows of the values it may have."""
-    for name, of in known.items():
+    for name, owner in known.items():
         value = getattr(option, name)
-        if isinstance(of, dict) and "" not in of:
-            yield from options(f"{path}.{name}", value, of)
+        if isinstance(owner, dict) and "" not in owner:
+            yield from options(f"{path}.{name}", value, owner)
         else:
-            yield f"{path}.{name}", value, of
+            yield f"{path}.{name}", value, owner
 
 
 def within(number: float, bounds: dict[str, float]) -> bool:
@@ -97,27 +97,27 @@ def tried(value: Any, known: Any) -> list[Any]:
 
 def runs(figures: list[str]) -> list[list[str]]:
     """Overrides of every run; an option of the data is tried with the first figure that reads it alone."""
-    found: dict[tuple[str, str], list[str]] = {}
+    result: dict[tuple[str, str], list[str]] = {}
     for figure in figures:
         experiment = compose([f"experiment={figure}", "scale=smoke"])
         for group in GROUPS:
             option = getattr(experiment, group)
-            for path, value, known in options(group, option, tree(type(option))):
-                for each in tried(value, known):
+            for path, value, finite in options(group, option, tree(type(option))):
+                for each in tried(value, finite):
                     word = (
                         json.dumps([getattr(v, "name", v) for v in each]) if isinstance(each, list) else each
                     )
                     override = f"{path}={str(word).replace(' ', '').replace(chr(34), '')}"
                     alone = experiment.dataset.corpus.name if group == "data" else figure
-                    found.setdefault((alone, override), [f"experiment={figure}", override])
-    return [*found.values()]
+                    result.setdefault((alone, override), [f"experiment={figure}", override])
+    return [*result.values()]
 
 
 def main(figures: list[str]) -> int:
     """Run all and tell of those that end otherwise than they should."""
     os.environ.setdefault("AVERAGE_WALKER", str(WALKER))
     faults = sentences = 0
-    wanted = runs(figures or presets())
+    target = runs(figures or presets())
     with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(usable_cores()) as pool:
 
         def run(overrides: list[str]) -> subprocess.CompletedProcess[str]:
@@ -138,17 +138,17 @@ def main(figures: list[str]) -> int:
                 env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
             )
 
-        for count, (overrides, done) in enumerate(zip(wanted, pool.map(run, wanted), strict=True), start=1):
-            print(f"\r{count} of {len(wanted)}", end="", file=sys.stderr, flush=True)
-            said = done.stdout + done.stderr
+        for count, (overrides, done) in enumerate(zip(target, pool.map(run, target), strict=True), start=1):
+            print(f"\r{count} of {len(target)}", end="", file=sys.stderr, flush=True)
+            message = done.stdout + done.stderr
             sentences += done.returncode == 1
-            if done.returncode not in (0, 1) or "Traceback" in said or "Warning" in said:
+            if done.returncode not in (0, 1) or "Traceback" in message or "Warning" in message:
                 faults += 1
                 print(
-                    f"{' '.join(overrides)}: {said.strip().splitlines()[-1] if said.strip() else ''}",
+                    f"{' '.join(overrides)}: {message.strip().splitlines()[-1] if message.strip() else ''}",
                     flush=True,
                 )
-    print(f"{len(wanted)} runs: {faults} faults, {sentences - faults} refused in a sentence")
+    print(f"{len(target)} runs: {faults} faults, {sentences - faults} refused in a sentence")
     return 1 if faults else 0
 
 

@@ -47,12 +47,12 @@ VARIABLES = ("OPENBLAS_CORETYPE", "NPY_DISABLE_CPU_FEATURES", "NUMBA_CPU_NAME")
 
 def settings() -> dict[str, dict[str, str]]:
     """Environment variables of every setting that this processor can run."""
-    has = {name for name, here in simd.__cpu_features__.items() if here}
-    found: dict[str, dict[str, str]] = {"default": {}}
-    found |= {kernel: {"OPENBLAS_CORETYPE": kernel} for kernel, needs in KERNELS.items() if needs in has}
+    has = {name for name, start in simd.__cpu_features__.items() if start}
+    result: dict[str, dict[str, str]] = {"default": {}}
+    result |= {kernel: {"OPENBLAS_CORETYPE": kernel} for kernel, needs in KERNELS.items() if needs in has}
     if vectors := [name for name in simd.__cpu_dispatch__ if name in has]:
-        found["no_simd"] = {"NPY_DISABLE_CPU_FEATURES": " ".join(vectors)}
-    return found | {"generic": {"NUMBA_CPU_NAME": "generic"}}
+        result["no_simd"] = {"NPY_DISABLE_CPU_FEATURES": " ".join(vectors)}
+    return result | {"generic": {"NUMBA_CPU_NAME": "generic"}}
 
 
 def make(figures: Sequence[str], environment: Mapping[str, str], results: Path, workers: int) -> Path:
@@ -130,7 +130,7 @@ def measure(figures: Sequence[str], folders: Mapping[str, Path]) -> list[dict[st
 
 def moved(figures: Sequence[str], folders: Mapping[str, Path]) -> list[str]:
     """Where the tables differ from the golden ones, and the others of a figure from those of the first setting."""
-    told, tolerances = [], read_tolerances()
+    described, tolerances = [], read_tolerances()
     first = next(iter(folders.values()))
     for setting, folder in folders.items():
         for figure in figures:
@@ -138,13 +138,13 @@ def moved(figures: Sequence[str], folders: Mapping[str, Path]) -> list[str]:
                 golden = GOLDEN / f"{figure}.csv"
                 like = golden if table == "table" else first / figure / f"{table}.csv"
                 relative = tolerances.get((figure, table), LEAST)
-                made = folder / figure / f"{table}.csv"
-                complaints = tables.compare(like, made, relative=relative)
-                told += [
+                output = folder / figure / f"{table}.csv"
+                complaints = tables.compare(like, output, relative=relative)
+                described += [
                     f"{setting}: {figure}/{table}.csv, {complaint} (tolerance {relative:g})"
                     for complaint in complaints
                 ]
-    return told
+    return described
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -156,37 +156,37 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--check", action="store_true", help="compare with the golden tables")
     parser.add_argument("--settings", default="", help=f"default, {', '.join(KERNELS)}, no_simd, generic")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="processes at a time")
-    given = parser.parse_args(arguments)
+    inputs = parser.parse_args(arguments)
     for variable in VARIABLES:
         os.environ.pop(variable, None)
     for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ[variable] = "1"
     os.environ.setdefault("AVERAGE_WALKER", str(WALKER))
     everything = presets()
-    if strange := [figure for figure in given.figures if figure not in everything]:
+    if strange := [figure for figure in inputs.figures if figure not in everything]:
         parser.error(f"there is no figure {strange[0]}: expected one of {', '.join(everything)}")
-    known = settings()
-    wanted = given.settings.split(",") if given.settings else list(CHECKED if given.check else known)
-    chosen = {name: known[name] for name in wanted if name in known}
-    for name in [name for name in wanted if name not in known]:
+    finite = settings()
+    target = inputs.settings.split(",") if inputs.settings else list(CHECKED if inputs.check else finite)
+    chosen = {name: finite[name] for name in target if name in finite}
+    for name in [name for name in target if name not in finite]:
         print(f"left out: {name}, which this processor cannot run")
     if not chosen:
         return 0
-    figures = given.figures or [f for f in everything if not given.check or not f.startswith(DIRECT)]
+    figures = inputs.figures or [f for f in everything if not inputs.check or not f.startswith(DIRECT)]
     with tempfile.TemporaryDirectory(prefix="golden-digits-") as results:
-        folders = make_all(figures, chosen, Path(results), max(1, given.jobs))
-        if given.check:
-            told = moved(figures, folders)
-            print("\n".join(told) or f"{len(figures)} figures hold under {', '.join(chosen)}")
-            return 1 if told else 0
+        folders = make_all(figures, chosen, Path(results), max(1, inputs.jobs))
+        if inputs.check:
+            described = moved(figures, folders)
+            print("\n".join(described) or f"{len(figures)} figures hold under {', '.join(chosen)}")
+            return 1 if described else 0
         rows = measure(figures, folders)
     for row in rows:
         if row["column"]:
             print(*(row[name] for name in ("figure", "table", "column", "relative_difference", "tolerance")))
-    kept = (
+    retained = (
         [row for row in tables.read_rows(DIGITS) if row["figure"] not in figures] if DIGITS.exists() else []
     )
-    columns = {name: [row[name] for row in [*kept, *rows]] for name in rows[0]}
+    columns = {name: [row[name] for row in [*retained, *rows]] for name in rows[0]}
     tables.write(DIGITS, columns, sort_by=["figure", "table"])
     return 0
 

@@ -33,20 +33,24 @@ def finished(results: Path) -> Iterator[Path]:
 
 def tables(results: Path) -> dict[str, bytes]:
     """Return tables and arrays of all figures, without times."""
-    found = {}
+    result = {}
     for path in results.glob("*/smoke/*/*"):
         name = path.relative_to(results).as_posix()
         if path.suffix == ".csv" and not path.name.startswith(TIMING):
-            found[name] = path.read_bytes()
+            result[name] = path.read_bytes()
         elif path.suffix == ".npz":
             with np.load(path, allow_pickle=False) as stored:
-                found |= {f"{name}: {of}": stored[of].tobytes() for of in stored.files if of != "seconds"}
-    return found
+                result |= {
+                    f"{name}: {owner}": stored[owner].tobytes()
+                    for owner in stored.files
+                    if owner != "seconds"
+                }
+    return result
 
 
 def require_whole(results: Path) -> None:
     """Require that every finished folder holds what its manifest lists."""
-    wrong = {path.name: told for path in finished(results) if (told := complaints_about(path))}
+    wrong = {path.name: described for path in finished(results) if (described := complaints_about(path))}
     assert not wrong, wrong
 
 
@@ -58,7 +62,7 @@ def require_tidy(results: Path) -> None:
 
 def running(group: int) -> list[str]:
     """Return the processes of a group that still run: zombies do not."""
-    found = []
+    result = []
     for path in Path("/proc").glob("[0-9]*/stat"):
         try:
             pid, _, rest = path.read_text(encoding="utf-8").partition(" ")
@@ -66,8 +70,8 @@ def running(group: int) -> list[str]:
             continue
         state, _, its_group, *_ = rest.rpartition(")")[2].split()
         if int(its_group) == group and state not in "ZX":
-            found.append(pid)
-    return found
+            result.append(pid)
+    return result
 
 
 def sweep(results: Path, figures: str, *, kill_after: int | None, number: int) -> bool:
@@ -121,9 +125,9 @@ def main(count: int, figures: str) -> None:
                 print(f"{kills}: {signal.Signals(number).name} after {after} stages", flush=True)
             require_whole(results)
             require_tidy(results)
-            made = tables(results)
-            assert made.keys() == expected.keys()
-            differ = [name for name in made if made[name] != expected[name]]
+            output = tables(results)
+            assert output.keys() == expected.keys()
+            differ = [name for name in output if output[name] != expected[name]]
             assert not differ, differ
             sweeps += 1
         print(f"{kills} kills, {sweeps} sweeps to the end: the same bytes in {len(expected)} files")

@@ -15,5 +15,5 @@ PAGES = {
 
 def blocks(page: str, language: str) -> list[str]:
     """Blocks of code of a page in a language; empty for those without one: commands."""
-    found = re.findall(r"^```(\w*)\n(.*?)^```", PAGES[page], re.DOTALL | re.MULTILINE)
-    return [code for name, code in found if name == language]
+    result = re.findall(r"^```(\w*)\n(.*?)^```", PAGES[page], re.DOTALL | re.MULTILINE)
+    return [code for name, code in result if name == language]

@@ -103,17 +103,17 @@ def main(words: Sequence[str]) -> int:
                 trees.put(tree)
 
         unplanted = sorted({test for row in rows for test in row.tests.split()})
-        holds, *found = [pool.submit(in_a_tree, number) for number in range(len(rows) + 1)]
+        holds, *result = [pool.submit(in_a_tree, number) for number in range(len(rows) + 1)]
         if not holds.result():
             pool.shutdown(cancel_futures=True)
             print("the tests fail with nothing planted", file=sys.stderr)
             return 2
-        for number, (row, one) in enumerate(zip(rows, found, strict=True), start=1):
+        for number, (row, first) in enumerate(zip(rows, result, strict=True), start=1):
             print(
-                f"{number:3} {'caught  ' if one.result() else 'SURVIVED'} {row.file}: {row.old} -> {row.new}",
+                f"{number:3} {'caught  ' if first.result() else 'SURVIVED'} {row.file}: {row.old} -> {row.new}",
                 flush=True,
             )
-        survived = sum(not one.result() for one in found)
+        survived = sum(not first.result() for first in result)
     print(f"{len(rows)} planted, {len(rows) - survived} caught, {survived} survived")
     return int(survived > 0)
 

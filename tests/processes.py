@@ -95,10 +95,10 @@ class Forked:
         """What else it writes, until it and all that it started have ended; its status is then known."""
         patience = threading.Timer(WAIT_S, os.killpg, (self.pid, signal.SIGKILL))
         patience.start()
-        said = self.stdout.read(), self.stderr.read()  # little enough for the pipe of the second
+        message = self.stdout.read(), self.stderr.read()  # little enough for the pipe of the second
         patience.cancel()
         self.returncode = os.waitstatus_to_exitcode(os.waitpid(self.pid, 0)[1])
-        return said
+        return message
 
 
 @contextmanager

@@ -30,16 +30,16 @@ print(fit.__module__)
 def test_a_pipeline_of_the_users_own_does_not_hide_ours(tmp_path: Path) -> None:
     (tmp_path / "pipeline.py").write_text("raise SystemExit('mine')\n", encoding="utf-8")
     (tmp_path / "analysis.py").write_text(SCRIPT, encoding="utf-8")
-    said = finished([sys.executable, "analysis.py"], cwd=tmp_path)
-    assert (said.stdout, said.stderr) == ("pipeline.api\n", "")
-    said = finished([sys.executable, "-m", "gait_pipeline", "--version"], cwd=tmp_path)
-    assert said.stdout.startswith("gait-pipeline "), said.stderr
+    message = finished([sys.executable, "analysis.py"], cwd=tmp_path)
+    assert (message.stdout, message.stderr) == ("pipeline.api\n", "")
+    message = finished([sys.executable, "-m", "gait_pipeline", "--version"], cwd=tmp_path)
+    assert message.stdout.startswith("gait-pipeline "), message.stderr
 
 
 def test_a_pipeline_of_the_users_own_that_is_loaded_is_reported(tmp_path: Path) -> None:
     (tmp_path / "pipeline.py").write_text("", encoding="utf-8")
-    said = finished([sys.executable, "-c", "import pipeline, gait_pipeline"], cwd=tmp_path)
-    assert "ImportError: another module called pipeline is loaded" in said.stderr
+    message = finished([sys.executable, "-c", "import pipeline, gait_pipeline"], cwd=tmp_path)
+    assert "ImportError: another module called pipeline is loaded" in message.stderr
 
 
 RIGHT = """
@@ -78,16 +78,16 @@ def test_users_programs_are_checked_against_our_types(tmp_path: Path) -> None:
     pytest.importorskip("mypy")
     for name, code in (("right", RIGHT), ("wrong", WRONG)):
         (tmp_path / f"{name}.py").write_text(code, encoding="utf-8")
-    said = subprocess.run(
+    message = subprocess.run(
         [
             sys.executable, "-m", "mypy", "--strict", "--follow-imports=silent", "--ignore-missing-imports",
             "--cache-dir", str(tmp_path / "mypy_cache"), "right.py", "wrong.py",
         ],
         cwd=tmp_path, env={"MYPYPATH": str(ROOT), "PATH": ""}, capture_output=True, text=True, timeout=WAIT_S,
     )  # fmt: skip
-    *errors, count = said.stdout.splitlines()
+    *errors, count = message.stdout.splitlines()
     assert [(line.partition(":")[0], line.rpartition("  ")[2]) for line in errors] == [
         ("wrong.py", "[arg-type]"),
         ("wrong.py", "[attr-defined]"),
-    ], said.stdout + said.stderr
+    ], message.stdout + message.stderr
     assert count == "Found 2 errors in 1 file (checked 2 source files)"

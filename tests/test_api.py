@@ -36,20 +36,22 @@ ROOT = Path(__file__).resolve().parent.parent
 
 
 def test_from_files_to_a_reconstruction(tmp_path: Path) -> None:
-    made = walkers.walking_population(
+    output = walkers.walking_population(
         np.random.default_rng(8), male=6, female=6, duration_s=3.0, frame_rate_hz=40.0
     )
-    for k, walk in enumerate(made.positions_mm):
+    for k, walk in enumerate(output.positions_mm):
         trc.write(tmp_path / f"p{k:02d}.trc", WALKER15.joints, walk, 40.0)
     files = sorted(tmp_path.glob("*.trc"))
     positions, valid = joints(read(files[0]))
-    np.testing.assert_allclose(positions, made.positions_mm[0])
+    np.testing.assert_allclose(positions, output.positions_mm[0])
     assert valid.all()
     walks = [represent(path) for path in files]
     model = fit(walks[1:])
-    found = from_view(model, walks[0], 30.0).coefficients
-    np.testing.assert_array_equal(found, pipeline.from_view(model, walks[0], 30.0))
-    off = np.sqrt(errors.absolute_error(np.moveaxis(found - walks[0].coefficients, -1, 0)).sum(axis=0).mean())
+    result = from_view(model, walks[0], 30.0).coefficients
+    np.testing.assert_array_equal(result, pipeline.from_view(model, walks[0], 30.0))
+    off = np.sqrt(
+        errors.absolute_error(np.moveaxis(result - walks[0].coefficients, -1, 0)).sum(axis=0).mean()
+    )
     average = model.mean.reshape(5, 15, 3)
     without = np.sqrt(
         errors.absolute_error(np.moveaxis(average - walks[0].coefficients, -1, 0)).sum(axis=0).mean()
@@ -58,20 +60,20 @@ def test_from_files_to_a_reconstruction(tmp_path: Path) -> None:
     with rejects("no_file", "nobody.trc"):
         represent(tmp_path / "nobody.trc")
     header = ",".join(f"{joint}_{axis}" for joint in WALKER15.joints for axis in "xyz")
-    rows = made.positions_mm[0].reshape(len(positions), -1) / 1000.0
+    rows = output.positions_mm[0].reshape(len(positions), -1) / 1000.0
     np.savetxt(tmp_path / "bare.csv", rows, "%.9f", ",", header=header, comments="")
     bare = represent(tmp_path / "bare.csv", frame_rate_hz=40.0, units="m")
     np.testing.assert_allclose(bare.coefficients, walks[0].coefficients, atol=1e-3)
 
 
 def test_hidden_joints_are_reconstructed_and_cost_little_elsewhere() -> None:
-    made = walkers.walking_population(
+    output = walkers.walking_population(
         np.random.default_rng(8), male=12, female=12, duration_s=3.0, frame_rate_hz=40.0
     )
-    walks = [fourier.represent(walk, 40.0) for walk in made.positions_mm]
+    walks = [fourier.represent(walk, 40.0) for walk in output.positions_mm]
     model = fit(walks[1:])
-    seen = from_view(model, walks[0], 30.0).coefficients
-    assert np.array_equal(seen, from_view(model, walks[0], 30.0, hidden=[]).coefficients)
+    observed = from_view(model, walks[0], 30.0).coefficients
+    assert np.array_equal(observed, from_view(model, walks[0], 30.0, hidden=[]).coefficients)
     wrists = [WALKER15.index(joint) for joint in ("left_wrist", "right_wrist")]
     completed = from_view(model, walks[0], 30.0, hidden=["left_wrist", "right_wrist"]).coefficients
     off = np.linalg.norm(completed - walks[0].coefficients, axis=-1)
@@ -115,11 +117,16 @@ def test_a_recording_as_a_data_set_of_xarray(motion: MotionCapture) -> None:
 
 
 def test_results_are_shown_in_a_line(motion: MotionCapture) -> None:
-    made = walkers.walking_population(
+    output = walkers.walking_population(
         np.random.default_rng(8), male=2, female=2, duration_s=3.0, frame_rate_hz=40.0
     )
-    series = fourier.represent(made.positions_mm[0], 40.0)
-    for thing in (motion, made, series, fit([fourier.represent(walk, 40.0) for walk in made.positions_mm])):
+    series = fourier.represent(output.positions_mm[0], 40.0)
+    for thing in (
+        motion,
+        output,
+        series,
+        fit([fourier.represent(walk, 40.0) for walk in output.positions_mm]),
+    ):
         assert len(repr(thing)) < 400, repr(thing)
         assert "array(" not in repr(thing)
     assert "coefficients: (5, 15, 3), frequency_hz=" in repr(series)
@@ -143,10 +150,10 @@ def test_the_version_is_that_of_the_project() -> None:
 
 
 def test_what_is_no_recording_no_view_or_no_other_walk_is_refused(tmp_path: Path) -> None:
-    made = walkers.walking_population(
+    output = walkers.walking_population(
         np.random.default_rng(8), male=2, female=2, duration_s=3.0, frame_rate_hz=40.0
     )
-    walks = [fourier.represent(positions, 40.0) for positions in made.positions_mm]
+    walks = [fourier.represent(positions, 40.0) for positions in output.positions_mm]
     model = fit(walks[1:])
     for angle in (float("nan"), float("inf")):
         with rejects("out_of_range", "view_angle_deg", value=angle):
@@ -164,45 +171,45 @@ def test_what_is_no_recording_no_view_or_no_other_walk_is_refused(tmp_path: Path
 
 @pytest.mark.parametrize("laboratory", ["known", "unknown"])
 def test_what_gives_no_reconstruction_is_refused_in_one_sentence(laboratory: str) -> None:
-    made = walkers.walking_population(
+    output = walkers.walking_population(
         np.random.default_rng(8), male=2, female=2, duration_s=3.0, frame_rate_hz=40.0
     )
-    first, *others = (fourier.represent(positions, 40.0) for positions in made.positions_mm)
+    first, *others = (fourier.represent(positions, 40.0) for positions in output.positions_mm)
     model = fit(others)
-    metres = fourier.represent(made.positions_mm[0] / 1000.0, 40.0)
+    metres = fourier.represent(output.positions_mm[0] / 1000.0, 40.0)
     for options, code, where in (
         ({"hidden": WALKER15.joints}, "nothing_seen", "hidden"),
         ({"noise_variance_mm2": -1.0}, "out_of_range", "noise_variance_mm2"),
         ({"noise_variance_mm2": None}, "out_of_range", "noise_variance_mm2"),
         ({"walk": metres}, "wrong_unit", "walk"),
         ({"walk": first.coefficients}, "wrong_type", "walk"),
-        ({"walk": fourier.represent(made.positions_mm[0], 40.0, harmonics=3)}, "wrong_type", "walk"),
+        ({"walk": fourier.represent(output.positions_mm[0], 40.0, harmonics=3)}, "wrong_type", "walk"),
         ({"model": first}, "wrong_type", "model"),
     ):
-        asked: dict[str, Any] = {"model": model, "walk": first, "laboratory": laboratory} | options
+        requested: dict[str, Any] = {"model": model, "walk": first, "laboratory": laboratory} | options
         with rejects(code, where):
-            from_view(view_angle_deg=30.0, **asked)
+            from_view(view_angle_deg=30.0, **requested)
     with rejects("wrong_type", "walk"):
         fit([*others, None])  # type: ignore[list-item]
-    masked = np.ma.masked_less(made.positions_mm[0], made.positions_mm[0].min() + 1.0)
+    masked = np.ma.masked_less(output.positions_mm[0], output.positions_mm[0].min() + 1.0)
     with rejects("masked", "positions"):
         fourier.represent(masked, 40.0)
 
 
 def test_a_walk_is_found_among_others() -> None:
-    made = walkers.walking_population(
+    output = walkers.walking_population(
         np.random.default_rng(8), male=1, female=1, duration_s=3.0, frame_rate_hz=40.0
     )
-    walks = [fourier.represent(positions, 40.0) for positions in made.positions_mm]
+    walks = [fourier.represent(positions, 40.0) for positions in output.positions_mm]
     assert (walks.index(walks[1]), walks[0] in walks[1:], len({*walks, *walks})) == (1, False, 2)
 
 
 def test_the_ten_lines_of_the_readme(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    made = walkers.walking_population(
+    output = walkers.walking_population(
         np.random.default_rng(8), male=2, female=2, duration_s=3.0, frame_rate_hz=40.0
     )
     (tmp_path / "my_walks").mkdir()
-    for k, walk in enumerate(made.positions_mm):
+    for k, walk in enumerate(output.positions_mm):
         write_c3d(tmp_path / "my_walks" / f"p{k}.c3d", WALKER15.joints, walk, 40.0)
     (code,) = (block for block in blocks("README.md", "py") if "from gait_pipeline import" in block)
     monkeypatch.chdir(tmp_path)
@@ -232,14 +239,14 @@ def test_the_wheel_works_in_an_empty_folder_and_has_the_same_bytes_twice(tmp_pat
 
 
 def test_a_walker_of_an_unknown_laboratory_is_nearer_than_as_if_it_were_known() -> None:
-    made = walkers.walking_population(
+    output = walkers.walking_population(
         np.random.default_rng(8), male=8, female=8, duration_s=3.0, frame_rate_hz=40.0
     )
-    series = [fourier.represent(walk, 40.0) for walk in made.positions_mm]
+    series = [fourier.represent(walk, 40.0) for walk in output.positions_mm]
     model = fit(series[2:])
     off = {"known": 0.0, "unknown": 0.0}
-    for own in series[:2]:
-        larger = replace(own, coefficients=1.15 * own.coefficients)
+    for reference in series[:2]:
+        larger = replace(reference, coefficients=1.15 * reference.coefficients)
         for laboratory in off:
             again = from_view(model, larger, 20.0, laboratory=laboratory).coefficients
             np.testing.assert_allclose(
@@ -248,9 +255,9 @@ def test_a_walker_of_an_unknown_laboratory_is_nearer_than_as_if_it_were_known() 
             off[laboratory] += float(((again - larger.coefficients) ** 2).sum())
     assert off["unknown"] < 0.8 * off["known"]
     hidden = from_view(model, series[0], 20.0, hidden=["left_knee"], laboratory="unknown").coefficients
-    seen = series[0].coefficients
-    assert not np.allclose(hidden[:, 10], seen[:, 10])  # from the prior, not from the image
-    assert np.sqrt(((hidden - seen)[0, 10] ** 2).sum()) < 150.0
+    observed = series[0].coefficients
+    assert not np.allclose(hidden[:, 10], observed[:, 10])  # from the prior, not from the image
+    assert np.sqrt(((hidden - observed)[0, 10] ** 2).sum()) < 150.0
     with rejects("unknown_choice", "laboratory", value="ours"):
         from_view(model, series[0], 20.0, laboratory="ours")
     with rejects("wrong_type", "model"):
@@ -265,10 +272,10 @@ def test_a_walker_of_an_unknown_laboratory_is_nearer_than_as_if_it_were_known() 
 
 
 def test_two_known_people_of_a_laboratory_bring_its_others_nearer() -> None:
-    made = walkers.walking_population(
+    output = walkers.walking_population(
         np.random.default_rng(9), male=9, female=9, duration_s=3.0, frame_rate_hz=40.0
     )
-    series = [fourier.represent(walk, 40.0) for walk in made.positions_mm]
+    series = [fourier.represent(walk, 40.0) for walk in output.positions_mm]
     moved = np.random.default_rng(3).normal(0.0, 20.0, (15, 3))
     moved = (moved + moved[list(WALKER15.mirror)] * [-1.0, 1.0, 1.0]) / np.sqrt(2.0)
     moved[WALKER15.index("pelvis")] = 0.0
@@ -280,9 +287,15 @@ def test_two_known_people_of_a_laboratory_bring_its_others_nearer() -> None:
     off = [
         sum(
             float(
-                ((from_view(m, own, 90.0, laboratory="unknown").coefficients - own.coefficients) ** 2).sum()
+                (
+                    (
+                        from_view(m, reference, 90.0, laboratory="unknown").coefficients
+                        - reference.coefficients
+                    )
+                    ** 2
+                ).sum()
             )
-            for own in theirs[:4]
+            for reference in theirs[:4]
         )
         for m in (model, calibrated)
     ]
@@ -292,8 +305,8 @@ def test_two_known_people_of_a_laboratory_bring_its_others_nearer() -> None:
         from_view(calibrated, theirs[0], 20.0, laboratory="unknown").coefficients,
     )
     # Two walks of one person are one person.
-    one = calibrate(model, [theirs[4], theirs[4], theirs[5]], people=["a", "a", "b"])
-    again, before = (from_view(m, theirs[0], 20.0).coefficients for m in (one, calibrated))
+    first = calibrate(model, [theirs[4], theirs[4], theirs[5]], people=["a", "a", "b"])
+    again, before = (from_view(m, theirs[0], 20.0).coefficients for m in (first, calibrated))
     np.testing.assert_allclose(again, before)
     with rejects("same_walk", "model"):
         from_view(calibrated, theirs[4], 20.0)

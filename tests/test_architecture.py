@@ -55,13 +55,13 @@ def imports(tree: ast.AST) -> tuple[set[str], set[str]]:
     inside, outside = set(), set()
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
-            wanted = [alias.name for alias in node.names]
+            target = [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"relative import on line {node.lineno}"
-            wanted = [f"{node.module}.{alias.name}" for alias in node.names]
+            target = [f"{node.module}.{alias.name}" for alias in node.names]
         else:
             continue
-        for name in wanted:
+        for name in target:
             first, _, rest = name.partition(".")
             if first not in PACKAGES:
                 outside.add(first)
@@ -159,24 +159,24 @@ def study(module: str) -> str:
 
 def broken_rules(module: str, inside: set[str], outside: set[str]) -> list[str]:
     """What a module imports that its place does not allow, one sentence each."""
-    own = package(module)
-    told = []
+    reference = package(module)
+    described = []
     for other in sorted(inside):
         theirs = package(other)
-        if theirs != own and theirs not in MAY_IMPORT[own]:
-            told.append(f"{module} imports {other}")
-        elif own.startswith("walk3d") or module == "studies.registry":
+        if theirs != reference and theirs not in MAY_IMPORT[reference]:
+            described.append(f"{module} imports {other}")
+        elif reference.startswith("walk3d") or module == "studies.registry":
             continue
         elif study(other) and study(other) != study(module):
-            if theirs == own:
-                told.append(f"{module} imports {other}, of another study")
+            if theirs == reference:
+                described.append(f"{module} imports {other}, of another study")
             else:
-                told.append(f"{module} names the study of {other}")
+                described.append(f"{module} names the study of {other}")
     for name in sorted(outside):
         allowed = FROM_OUTSIDE.get(name, set())
-        if "*" not in allowed and own not in allowed:
-            told.append(f"{module} imports {name}")
-    return told
+        if "*" not in allowed and reference not in allowed:
+            described.append(f"{module} imports {name}")
+    return described
 
 
 def test_every_module_and_package_has_a_layer() -> None:
@@ -185,10 +185,10 @@ def test_every_module_and_package_has_a_layer() -> None:
 
 
 def test_layers_import_from_those_above_them_in_the_table() -> None:
-    seen: set[str] = set()
+    observed: set[str] = set()
     for names, allowed in LAYERS.items():
-        assert set(allowed.split()) <= seen, names
-        seen |= set(names.split())
+        assert set(allowed.split()) <= observed, names
+        observed |= set(names.split())
 
 
 @pytest.mark.parametrize("module", MODULES)
@@ -231,9 +231,9 @@ def test_a_wrong_import_is_noticed(module: str, code: str) -> None:
 
 
 def test_only_the_registry_names_all_studies() -> None:
-    wanted = imports(ast.parse("from pipeline.studies.walks import model"))
-    assert broken_rules("studies.limbs.model", *wanted) != []
-    assert broken_rules("studies.registry", *wanted) == []
+    target = imports(ast.parse("from pipeline.studies.walks import model"))
+    assert broken_rules("studies.limbs.model", *target) != []
+    assert broken_rules("studies.registry", *target) == []
 
 
 def test_the_papers_do_not_know_what_is_built_on_them() -> None:
@@ -308,12 +308,12 @@ FIGURES = [m for m in MODULES if study(m) and (".figures." in m or m.endswith("f
 
 def reached(module: str) -> set[str]:
     """The module, and those that its imports name, directly or through others; without the parents of a module."""
-    found: set[str] = set()
+    result: set[str] = set()
     waiting = {module}
     while waiting:
-        found |= waiting
-        waiting = {other for one in waiting for other in reached_at_once(one)} - found
-    return found
+        result |= waiting
+        waiting = {other for first in waiting for other in reached_at_once(first)} - result
+    return result
 
 
 def test_what_one_must_know_of_a_figure_is_bounded() -> None:
@@ -340,7 +340,7 @@ def test_a_figure_reaches_no_reader_and_no_renderer(module: str) -> None:
 
 def test_no_module_is_called_after_a_heap() -> None:
     heaps = {"utils", "util", "helpers", "helper", "common", "manager", "managers", "misc"}
-    folders = {path.name for of in PACKAGES for path in (ROOT / of).rglob("*") if path.is_dir()}
+    folders = {path.name for owner in PACKAGES for path in (ROOT / owner).rglob("*") if path.is_dir()}
     parts = {word for name in [*MODULES, *folders] for word in re.split(r"[._]", name)}
     assert not parts & heaps
 
@@ -365,24 +365,24 @@ _GENERATORS = {"default_rng", "Generator", "PCG64", "SeedSequence"}
 
 def outside_world(tree: ast.AST) -> list[str]:
     """Clocks, files, environment variables and global random numbers that a syntax tree touches."""
-    told = []
+    described = []
     for node in ast.walk(tree):
         if isinstance(node, ast.Import | ast.ImportFrom):
             names = [a.name for a in node.names] if isinstance(node, ast.Import) else [node.module or ""]
-            told += [f"line {node.lineno}: {n}" for n in names if n.split(".")[0] in _OUTSIDE_WORLD]
+            described += [f"line {node.lineno}: {n}" for n in names if n.split(".")[0] in _OUTSIDE_WORLD]
         if (
             isinstance(node, ast.Call)
             and isinstance(node.func, ast.Name)
             and node.func.id in {"open", "print"}
         ):
-            told.append(f"line {node.lineno}: {node.func.id}()")
+            described.append(f"line {node.lineno}: {node.func.id}()")
         if (
             isinstance(node, ast.Attribute)
             and isinstance(node.value, ast.Attribute)
             and (ast.unparse(node.value) in {"np.random", "numpy.random"})
             and node.attr not in _GENERATORS
         ):
-            told.append(f"line {node.lineno}: np.random.{node.attr}")
+            described.append(f"line {node.lineno}: np.random.{node.attr}")
         if isinstance(node, ast.Attribute) and node.attr in {
             "load",
             "save",
@@ -391,8 +391,8 @@ def outside_world(tree: ast.AST) -> list[str]:
             "tofile",
             "fromfile",
         }:
-            told.append(f"line {node.lineno}: .{node.attr}")
-    return told
+            described.append(f"line {node.lineno}: .{node.attr}")
+    return described
 
 
 CORE = [
@@ -433,19 +433,19 @@ def test_a_generator_as_an_argument_is_welcome() -> None:
 def _documented(module: str) -> list[tuple[str, Any]]:
     """Public functions, classes and methods that a module defines, with their dotted names."""
     imported = import_module(dotted(module))
-    found: list[tuple[str, Any]] = []
+    result: list[tuple[str, Any]] = []
     for name, thing in vars(imported).items():
         if name.startswith("_") or getattr(thing, "__module__", None) != imported.__name__:
             continue
         if inspect.isfunction(thing) or inspect.isclass(thing):
-            found.append((name, thing))
+            result.append((name, thing))
         if inspect.isclass(thing):
-            found += [
+            result += [
                 (f"{name}.{method}", getattr(body, "fget", None) or body)
                 for method, body in vars(thing).items()
                 if not method.startswith("_") and (inspect.isfunction(body) or isinstance(body, property))
             ]
-    return found
+    return result
 
 
 def _section(docstring: str, title: str) -> list[str]:
@@ -511,8 +511,8 @@ def test_nothing_is_pickled(module: str) -> None:
 
 def test_no_class_is_named_by_a_string() -> None:
     texts = [*SOURCES.values(), *(ROOT / "conf").rglob("*.yaml")]
-    found = [p.name for p in texts if re.search(r"_target_|\binstantiate\b", p.read_text(encoding="utf-8"))]
-    assert found == []
+    result = [p.name for p in texts if re.search(r"_target_|\binstantiate\b", p.read_text(encoding="utf-8"))]
+    assert result == []
 
 
 # --- sizes ------------------------------------------------------------------------------------------------
@@ -542,10 +542,10 @@ def option_classes() -> frozenset[str]:
     """Names of all classes that derive from `Options`, directly or through others."""
     classes = [node for m in SOURCES for node in ast.walk(tree_of(m)) if isinstance(node, ast.ClassDef)]
     bases = {node.name: {ast.unparse(base).rpartition(".")[2] for base in node.bases} for node in classes}
-    found = {"Options"}
-    while more := {name for name, of in bases.items() if of & found} - found:
-        found |= more
-    return frozenset(found)
+    result = {"Options"}
+    while more := {name for name, owner in bases.items() if owner & result} - result:
+        result |= more
+    return frozenset(result)
 
 
 def too_large(tree: ast.Module) -> list[str]:
@@ -554,7 +554,7 @@ def too_large(tree: ast.Module) -> list[str]:
     Every class whose body annotates fields is a record: a dataclass, a NamedTuple, a TypedDict.  Excepted are classes
     of options, which derive from `Options`, and class variables.
     """
-    told = []
+    described = []
     for node in ast.walk(tree):
         if isinstance(node, ast.ClassDef):
             annotated = [
@@ -563,14 +563,14 @@ def too_large(tree: ast.Module) -> list[str]:
             count = sum(not kind.startswith("ClassVar") for kind in annotated)
             bases = {ast.unparse(base).rpartition(".")[2] for base in node.bases}
             if count > MAX_FIELDS and not bases & option_classes():
-                told.append(f"{node.name} has {count} fields")
+                described.append(f"{node.name} has {count} fields")
         elif isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda):
-            given = node.args
-            names = [*given.posonlyargs, *given.args, *given.kwonlyargs, given.vararg, given.kwarg]
-            count = sum(one is not None and one.arg not in ("self", "cls") for one in names)
+            inputs = node.args
+            names = [*inputs.posonlyargs, *inputs.args, *inputs.kwonlyargs, inputs.vararg, inputs.kwarg]
+            count = sum(first is not None and first.arg not in ("self", "cls") for first in names)
             if count > MAX_ARGUMENTS:
-                told.append(f"{getattr(node, 'name', 'lambda')} has {count} arguments")
-    return told
+                described.append(f"{getattr(node, 'name', 'lambda')} has {count} arguments")
+    return described
 
 
 @pytest.mark.parametrize("module", SOURCES)
@@ -625,9 +625,9 @@ def test_every_package_from_outside_is_a_dependency() -> None:
 def test_every_folder_of_the_package_is_installed() -> None:
     folders = {dotted(name) if name != "__init__" else "pipeline" for name, path in SOURCES.items()
                if path.name == "__init__.py"}  # fmt: skip
-    found = PROJECT["tool"]["setuptools"]["packages"]["find"]
-    assert found == {"include": ["pipeline*", "walk3d*", "gait_pipeline*"]}
-    assert all(any(fnmatch.fnmatch(name, pattern) for pattern in found["include"]) for name in folders)
+    result = PROJECT["tool"]["setuptools"]["packages"]["find"]
+    assert result == {"include": ["pipeline*", "walk3d*", "gait_pipeline*"]}
+    assert all(any(fnmatch.fnmatch(name, pattern) for pattern in result["include"]) for name in folders)
     without = {dotted(_module_name(path.parent / "__init__.py")) for path in SOURCES.values()} - folders
     assert without - {"pipeline.__init__"} == set(), "a folder without __init__.py is not installed"
 
@@ -658,9 +658,9 @@ def test_every_dependency_is_locked_to_one_version() -> None:
     locked = set(run) | set(tools) | set(video) | set(cluster)
     assert set().union(*optional.values()) <= locked
     assert light.items() <= run.items(), "the light environment is a part of the whole"
-    for one, other in itertools.combinations((run, tools, cluster, video), 2):
-        twice = set(one) & set(other)
-        assert all(one[name] == other[name] for name in twice), f"two versions: {sorted(twice)}"
+    for first, other in itertools.combinations((run, tools, cluster, video), 2):
+        twice = set(first) & set(other)
+        assert all(first[name] == other[name] for name in twice), f"two versions: {sorted(twice)}"
     assert set(run) & set(tools) == set(run) & set(cluster) == set(tools) & set(cluster) == set()
 
 
@@ -682,15 +682,15 @@ _OF_ONE_MACHINE = re.compile(r"/(?:home|Users|root|work)/|\.\./(?:shared)\b")
 
 
 def test_no_path_of_one_machine_in_tracked_files() -> None:
-    found = []
+    result = []
     for path in _tracked():
         content = path.read_bytes()
         if b"\0" in content:
             continue
         for number, line in enumerate(content.decode("utf-8", "replace").splitlines(), start=1):
             if _OF_ONE_MACHINE.search(line):
-                found.append(f"{path.relative_to(ROOT)}:{number}: {line.strip()[:80]}")
-    assert found == []
+                result.append(f"{path.relative_to(ROOT)}:{number}: {line.strip()[:80]}")
+    assert result == []
 
 
 def entries_of_the_map(indentation: int) -> list[str]:
@@ -715,7 +715,9 @@ def test_the_map_names_every_package_from_the_base_upwards() -> None:
 
 def test_the_map_names_every_part_of_core_and_none_that_is_not() -> None:
     """A new paper's study need not be entered."""
-    core, studies = ({m.split(".")[1] for m in MODULES if m.startswith(of)} for of in ("core.", "studies."))
+    core, studies = (
+        {m.split(".")[1] for m in MODULES if m.startswith(owner)} for owner in ("core.", "studies.")
+    )
     entries = entries_of_the_map(6)
     assert len(entries) == len({*entries})
     assert core <= {*entries} <= core | studies
@@ -734,7 +736,7 @@ def test_docstrings_name_modules_that_exist() -> None:
 
 def test_the_source_distribution_is_complete() -> None:
     """MANIFEST.in names every file of the project that building does not take by itself."""
-    taken = {"pyproject.toml", "setup.py", "README.md", "LICENSE", "MANIFEST.in"}
+    used = {"pyproject.toml", "setup.py", "README.md", "LICENSE", "MANIFEST.in"}
     of_the_repository = {".gitignore", ".gitattributes"}
     folders = ["pipeline/", "walk3d/"]
     for line in (ROOT / "MANIFEST.in").read_text(encoding="utf-8").splitlines():
@@ -743,10 +745,10 @@ def test_the_source_distribution_is_complete() -> None:
             names = names[:1] if rule == "recursive-include" else names
             folders += [f"{name}/" for name in names]
         elif rule == "include":
-            taken.update(names)
+            used.update(names)
     tracked = {path.relative_to(ROOT).as_posix() for path in _tracked()}
     assert (
-        sorted(tracked - taken - of_the_repository - {n for n in tracked if n.startswith(tuple(folders))})
+        sorted(tracked - used - of_the_repository - {n for n in tracked if n.startswith(tuple(folders))})
         == []
     )
-    assert taken <= tracked | {"LICENSE"}
+    assert used <= tracked | {"LICENSE"}

@@ -308,9 +308,9 @@ def test_limbs_that_are_longer_on_one_side_are_remarked_or_rejected(
         body[:, lower:] + (longer - 1.0) * (body[:, [lower]] - body[:, [upper]]),
         body[:, lower:],
     )
-    told = [complaint for complaint in of(body, walk=False) if complaint.code == "uneven"]
-    assert [complaint.rejects for complaint in told] == ([] if rejects is None else [rejects])
-    for complaint in told:
+    described = [complaint for complaint in of(body, walk=False) if complaint.code == "uneven"]
+    assert [complaint.rejects for complaint in described] == ([] if rejects is None else [rejects])
+    for complaint in described:
         assert complaint.sentence.startswith(f"the left {limb} is ")
         assert complaint.values["share"] == pytest.approx(longer - 1.0)
     body[:, lower] = np.nan  # not measured on one side
@@ -344,9 +344,9 @@ def test_more_strides_a_second_than_people_make_are_a_remark_with_the_rate_that_
     factor: float,
 ) -> None:
     clip = overground(0)
-    told = of(clip.positions, factor * RATE_HZ)
-    assert codes(told) == ({} if factor == 1.0 else {"rate": False})
-    for complaint in told:
+    described = of(clip.positions, factor * RATE_HZ)
+    assert codes(described) == ({} if factor == 1.0 else {"rate": False})
+    for complaint in described:
         strides = complaint.values["strides_hz"] / factor
         assert strides == pytest.approx(STRIDE_HZ, rel=0.02)
         assert f"At {RATE_HZ / strides:.0f} Hz" in complaint.sentence
@@ -376,8 +376,8 @@ def test_the_gravest_comes_first() -> None:
 def exchanged(first: list[int], second: list[int]) -> Callable[[np.ndarray], np.ndarray]:
     """A function that exchanges joints."""
     order = list(range(15))
-    for one, other in zip(first, second, strict=True):
-        order[one], order[other] = order[other], order[one]
+    for single, other in zip(first, second, strict=True):
+        order[single], order[other] = order[other], order[single]
     return lambda body: body[:, order]
 
 
@@ -433,15 +433,15 @@ def recorded(kind: str, limit: int) -> list[tuple[str, np.ndarray, np.ndarray, f
     for row in rows:
         turn[row["subject"]] += 1
         ordered.append((turn[row["subject"]], row["path"], row))
-    found: list[tuple[str, np.ndarray, np.ndarray, float]] = []
+    result: list[tuple[str, np.ndarray, np.ndarray, float]] = []
     for _, path, row in sorted(ordered, key=lambda item: item[:2]):
         file = next((folder / path for folder in folders if (folder / path).is_file()), None)
-        if file and len(found) < limit:
+        if file and len(result) < limit:
             motion = formats.read(file, frame_rate_hz=float(row["frame_rate_hz"]))
             motion, positions, valid = joints_of(motion, mappings.shipped()[row["skeleton"]])
             assert motion.complaints == (), path
-            found.append((path, positions, valid, motion.frame_rate_hz))
-    return found
+            result.append((path, positions, valid, motion.frame_rate_hz))
+    return result
 
 
 @pytest.mark.thorough

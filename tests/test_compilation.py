@@ -39,8 +39,8 @@ def test_of_several_processes_one_compiles_and_the_others_read(tmp_path: Path) -
     command = [sys.executable, "-c", f"import sys; sys.path.insert(0, {str(tmp_path)!r})\n" + RUN]
     with ExitStack() as stack:
         processes = [stack.enter_context(started(command)) for _ in range(3)]
-        said = sorted(process.communicate()[0].split() for process in processes)
-    assert said == [["0", "1"], ["1", "0"], ["1", "0"]]
+        message = sorted(process.communicate()[0].split() for process in processes)
+    assert message == [["0", "1"], ["1", "0"], ["1", "0"]]
     assert not list(tmp_path.rglob("*.lock"))
 
 

@@ -41,14 +41,14 @@ Count = tuple[int, int, int]
 def verdicts(length: int) -> list[Verdict]:
     """Made-up verdicts on every claim that can be tested: each kind has each of its answers."""
     answers = cycle([*Beyond, *[Beyond.YES] * length])
-    found = []
+    result = []
     for kind in Kind:
         agreements = cycle([*kind.answers, *[Agreement.CLOSE, Agreement.AGREES] * (kind in papers.OF_PAPERS)])
         for claim in (c for paper in papers.all_papers().values() for c in paper.claims if c.kind is kind):
             if not claim.scope.untestable:
                 evidence = Evidence(value=Estimate(1.0, 0.5, 1.5))
-                found.append(Verdict(claim, next(agreements), "made up", evidence, next(answers)))
-    return found
+                result.append(Verdict(claim, next(agreements), "made up", evidence, next(answers)))
+    return result
 
 
 def on_the_page(folder: Path, data: str, found: list[Verdict]) -> dict[str, Count]:
@@ -73,8 +73,8 @@ def on_the_page(folder: Path, data: str, found: list[Verdict]) -> dict[str, Coun
 def in_the_terminal(found: list[Verdict]) -> dict[str, Count]:
     """Counts that ``make claims`` prints, by paper."""
     lines = "\n".join(counts(found))
-    said = re.findall(r"^(\w+): (\d+) of (\d+) agree \((\d+) beyond the baseline\)", lines, re.MULTILINE)
-    return {key: (int(agree), int(judged), int(beyond)) for key, agree, judged, beyond in said}
+    message = re.findall(r"^(\w+): (\d+) of (\d+) agree \((\d+) beyond the baseline\)", lines, re.MULTILINE)
+    return {key: (int(agree), int(judged), int(beyond)) for key, agree, judged, beyond in message}
 
 
 def in_the_tables(rows: dict[tuple[str, str], float]) -> dict[str, dict[str, Count]]:
@@ -86,16 +86,16 @@ def in_the_tables(rows: dict[tuple[str, str], float]) -> dict[str, dict[str, Cou
     }
     head, _, *lines = published.rendered({"counts": LAYOUT["counts"]}, columns)["counts"].splitlines()
     places = head.split("|")
-    found: dict[str, dict[str, Count]] = {data: {} for data in DATA}
+    result: dict[str, dict[str, Count]] = {data: {} for data in DATA}
     for line in lines:
         cells = [cell.strip() for cell in line.split("|")]
         if (key := cells[1].strip("`")) in OF_PAPERS:
-            for place, cell in enumerate(cells):
-                if said := re.fullmatch(r"(\d+) of (\d+) \((\d+)\)", cell):
-                    [data] = [data for data in DATA if f"`{data}`" in places[place]]
-                    agree, judged, beyond = map(int, said.groups())
-                    found[data][key] = (agree, judged, beyond)
-    return found
+            for position, cell in enumerate(cells):
+                if message := re.fullmatch(r"(\d+) of (\d+) \((\d+)\)", cell):
+                    [data] = [data for data in DATA if f"`{data}`" in places[position]]
+                    agree, judged, beyond = map(int, message.groups())
+                    result[data][key] = (agree, judged, beyond)
+    return result
 
 
 def in_the_article(rows: dict[tuple[str, str], float]) -> dict[str, dict[str, Count]]:
@@ -103,37 +103,37 @@ def in_the_article(rows: dict[tuple[str, str], float]) -> dict[str, dict[str, Co
     people = {words: data for data, words in article.PEOPLE.items()}
     keys = {words: key for key, words in article.PAPERS.items()}
     text = article.filled(article.verdict_rows(), rows, "")
-    found: dict[str, dict[str, Count]] = {data: {} for data in DATA}
+    result: dict[str, dict[str, Count]] = {data: {} for data in DATA}
     pattern = r"\[([^\]]+)\], \[(\w+)\], \[(\d+) of (\d+) \((\d+)\)\]"
     for paper, words, *numbers in re.findall(pattern, text):
         agree, judged, beyond = map(int, numbers)
-        found[people[words]][keys[paper]] = (agree, judged, beyond)
-    return found
+        result[people[words]][keys[paper]] = (agree, judged, beyond)
+    return result
 
 
 def test_every_place_counts_alike(tmp_path: Path) -> None:
-    made = {data: verdicts(length) for data, length in DATA.items()}
+    output = {data: verdicts(length) for data, length in DATA.items()}
     rows = {
         (data, name): value
-        for data, found in made.items()
-        for _, name, value, _ in published.verdict_counts(found, LAYOUT)
+        for data, result in output.items()
+        for _, name, value, _ in published.verdict_counts(result, LAYOUT)
     }
-    terminal = {data: in_the_terminal(found) for data, found in made.items()}
-    assert all(set(of) == set(OF_PAPERS) for of in terminal.values())
+    terminal = {data: in_the_terminal(result) for data, result in output.items()}
+    assert all(set(owner) == set(OF_PAPERS) for owner in terminal.values())
     assert terminal["optical"] != terminal["synthetic"]
     assert in_the_tables(rows) == terminal
     assert in_the_article(rows) == terminal
-    for data, found in made.items():
-        assert on_the_page(tmp_path, data, found) == terminal[data]
+    for data, result in output.items():
+        assert on_the_page(tmp_path, data, result) == terminal[data]
 
 
 def test_targets_are_in_no_count_of_a_paper_and_in_a_group_of_their_own() -> None:
-    found = verdicts(3)
-    without = [verdict for verdict in found if verdict.claim.kind is not Kind.TARGET]
-    assert len(without) < len(found)
-    assert in_the_terminal(found) == in_the_terminal(without)
-    assert published.verdict_counts(found, LAYOUT) == published.verdict_counts(without, LAYOUT)
-    ours = [line for line in counts(found) if "(our targets)" in line]
+    result = verdicts(3)
+    without = [verdict for verdict in result if verdict.claim.kind is not Kind.TARGET]
+    assert len(without) < len(result)
+    assert in_the_terminal(result) == in_the_terminal(without)
+    assert published.verdict_counts(result, LAYOUT) == published.verdict_counts(without, LAYOUT)
+    ours = [line for line in counts(result) if "(our targets)" in line]
     assert len(ours) == sum(not paper.figures for paper in papers.all_papers().values())
 
 
@@ -156,9 +156,9 @@ def test_the_headline_carries_its_sensitivity_wherever_it_stands() -> None:
     """MAP's gain on synthetic people, with half and with none of their static offsets next to it."""
     listed = tables.read_rows(ROOT / "results" / "published.csv")
     name, data = "zhang2007_map_thirty_percent", "synthetic"
-    of = {row["name"]: f"{float(row['value']):.0f}" for row in listed if row["data"] == data}
+    owner = {row["name"]: f"{float(row['value']):.0f}" for row in listed if row["data"] == data}
     gain, half, none = (
-        of[f"{name}{end}"] for end in ("", *(f", offsets of people {x}" for x in ("half", "none")))
+        owner[f"{name}{end}"] for end in ("", *(f", offsets of people {x}" for x in ("half", "none")))
     )
     cell = f"{gain} % ({half} % with half, {none} % with none of the assumed static offsets of people)"
     for document in ("README.md", "docs/results.md"):

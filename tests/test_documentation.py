@@ -27,25 +27,27 @@ SPEC.loader.exec_module(generated)
 
 
 def test_every_option_stands_in_the_table_with_who_uses_it() -> None:
-    made = generated.options()
+    output = generated.options()
     for group in registry.GROUPS:
         for name, kind in registry.options(group).items():
-            part = made.partition(f"### {group}={name}\n")[2].partition("\n### ")[0]
-            told = {line.split("`")[1].split(".")[1] for line in part.splitlines() if line.startswith("| `")}
-            assert told == {field.name for field in fields(kind)}
-    assert "`input.frame_rate_hz` | number | `0.0` |" in made
-    used = {name for line in made.splitlines() if "Used by" in line for name in line.split("`")[1::2]}
+            part = output.partition(f"### {group}={name}\n")[2].partition("\n### ")[0]
+            described = {
+                line.split("`")[1].split(".")[1] for line in part.splitlines() if line.startswith("| `")
+            }
+            assert described == {field.name for field in fields(kind)}
+    assert "`input.frame_rate_hz` | number | `0.0` |" in output
+    used = {name for line in output.splitlines() if "Used by" in line for name in line.split("`")[1::2]}
     assert set(presets()) <= used
     # A class without an option has no table.
-    assert "| `name`" in made.partition("### Every figure")[2]
+    assert "| `name`" in output.partition("### Every figure")[2]
 
 
 def test_every_option_says_what_it_means() -> None:
-    told = [
+    described = [
         row for _, before, kind, _ in generated.option_classes() for row in generated.rows_of(before, kind)
     ]
-    assert [row[0] for row in told if not all(row[k].strip() for k in (0, 1, 2, 5))] == []
-    units = {row[0]: row[4] for row in told}
+    assert [row[0] for row in described if not all(row[k].strip() for k in (0, 1, 2, 5))] == []
+    units = {row[0]: row[4] for row in described}
     assert units["sweep.sigma2_mm2.step"] == "mm²"
     assert units["data.steady.turn_deg_s"] == "°/s"
 
@@ -72,13 +74,13 @@ def test_a_table_has_type_default_bounds_unit_and_meaning() -> None:
 
 
 def test_every_column_of_the_golden_tables_is_listed() -> None:
-    made = generated.columns()
+    output = generated.columns()
     having = generated.golden_columns()
     assert set(having) == set(presets())
     for figure, names in having.items():
         for name in names:
             if not name.endswith(("_low", "_high")):
-                (line,) = (line for line in made.splitlines() if line.startswith(f"| `{name}` |"))
+                (line,) = (line for line in output.splitlines() if line.startswith(f"| `{name}` |"))
                 assert f"`{figure}`" in line
 
 
@@ -90,15 +92,17 @@ def test_every_column_says_what_it_means() -> None:
 
 
 def test_the_library_is_described_from_its_docstrings() -> None:
-    made = generated.library()
+    output = generated.library()
     assert (
-        "from_view(model: LinearModel, walk: FourierRepresentation, view_angle_deg: float, *, hidden:" in made
+        "from_view(model: LinearModel, walk: FourierRepresentation, view_angle_deg: float, *, hidden:"
+        in output
     )
-    assert "- `hidden : sequence of str`" in made
-    assert "noise_variance_mm2: float = 70.0, laboratory: str = 'known') -> Reconstruction" in made
-    assert "adjust: Adjustment = 'per_frame'" in made
+    assert "- `hidden : sequence of str`" in output
+    assert "noise_variance_mm2: float = 70.0, laboratory: str = 'known') -> Reconstruction" in output
+    assert "adjust: Adjustment = 'per_frame'" in output
     assert (
-        "px, in the order of the chain's joints" in made.partition("articulated_trajectory.reconstruct\n")[2]
+        "px, in the order of the chain's joints"
+        in output.partition("articulated_trajectory.reconstruct\n")[2]
     )
 
 
@@ -108,8 +112,8 @@ def test_the_drawing_has_every_package_and_no_arrow_upwards() -> None:
     height = {name: k for k, names in enumerate(levels) for name in names}
     for name, others in graph.items():
         assert all(height[other] < height[name] for other in others - generated.GROUND if name in height)
-    made = generated.drawing()
-    assert all(f">{name}</text>" in made for name in height)
+    output = generated.drawing()
+    assert all(f">{name}</text>" in output for name in height)
 
 
 def test_documentation_imports_the_name_that_no_folder_of_a_user_hides() -> None:
@@ -129,8 +133,8 @@ def test_the_table_of_closures_has_each_figure_and_counts_as_the_bound_does() ->
     from tests.test_architecture import FIGURES
     from tests.test_architecture import reached as bounded
 
-    made = generated.closures()
-    assert all(f"| `{name}` | " in made for name in presets())
+    output = generated.closures()
+    assert all(f"| `{name}` | " in output for name in presets())
     for module in [*FIGURES, "walk3d.film.command"]:
         dotted = module if module.startswith("walk3d") else f"pipeline.{module}"
         assert len(generated.reached(dotted)) == len(bounded(module)), module
@@ -147,10 +151,10 @@ def test_every_page_is_in_the_menu() -> None:
 def test_the_documentation_is_built_without_a_warning_and_needs_no_network(tmp_path: Path) -> None:
     pytest.importorskip("mkdocs")
     site = tmp_path / "site"
-    said = finished(
+    message = finished(
         [sys.executable, "-W", "error", "-m", "mkdocs", "build", "--quiet", "--site-dir", str(site)]
     )
-    assert (said.returncode, said.stderr) == (0, "")
+    assert (message.returncode, message.stderr) == (0, "")
     page = (site / "options.html").read_text(encoding="utf-8")
     assert "sweep.noise_variance_mm2" in page
     for path in site.glob("*.html"):

@@ -18,8 +18,8 @@ def folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Path]:
     """One figure under two settings, like its golden table; a table of seconds differs."""
     golden = tmp_path / "golden"
     golden.mkdir()
-    found = {name: tmp_path / name for name in ("one", "two")}
-    for number, folder in enumerate(found.values()):
+    result = {name: tmp_path / name for name in ("one", "two")}
+    for number, folder in enumerate(result.values()):
         (folder / FIGURE).mkdir(parents=True)
         tables.write(folder / FIGURE / "table.csv", {"method": ["map"], "error_mm": [40.0]}, sort_by=[])
         tables.write(folder / FIGURE / "table_walkers.csv", {"error_mm": [1.0, 2.0]}, sort_by=[])
@@ -29,7 +29,7 @@ def folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Path]:
     tables.write(golden / "digits.csv", digits, sort_by=[])
     monkeypatch.setattr(golden_digits, "GOLDEN", golden)
     monkeypatch.setattr(golden_digits, "DIGITS", golden / "digits.csv")
-    return found
+    return result
 
 
 def test_seconds_may_differ_and_digits_within_the_tolerance(folders: dict[str, Path]) -> None:
@@ -61,7 +61,7 @@ def test_text_that_differs_is_no_matter_of_digits(folders: dict[str, Path]) -> N
 
 def test_only_what_the_processor_knows_is_tried() -> None:
     assert {"default", "generic"} <= set(settings()) <= {"default", "generic", "no_simd", *KERNELS}
-    knows = {name for name, here in golden_digits.simd.__cpu_features__.items() if here}
+    knows = {name for name, start in golden_digits.simd.__cpu_features__.items() if start}
     assert all(KERNELS[name] in knows for name in settings() if name in KERNELS)
 
 

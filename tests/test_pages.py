@@ -84,9 +84,9 @@ def test_the_library_examples_do_what_they_say(
     codes = blocks("docs/python.md", "python")
     assert len(codes) == 3
     exec(compile(codes[example], "python.md", "exec"), {})
-    said = capsys.readouterr().out
-    assert abs(float(said.split()[-1]) - expected) <= within
-    assert "red" not in said
+    message = capsys.readouterr().out
+    assert abs(float(message.split()[-1]) - expected) <= within
+    assert "red" not in message
 
 
 def test_the_examples_on_files_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -154,20 +154,20 @@ MADE_LATER = "results/archive/light/synthetic/"
 @pytest.mark.parametrize("page", PAGES)
 def test_every_file_and_section_that_a_page_links_to_exists(page: str) -> None:
     linked = re.findall(r"\]\(([^)\s]+)\)|(?:src|srcset)=\"([^\"]+)\"", PAGES[page])
-    for place in {one or other for one, other in linked}:
-        file, _, section = place.partition("#")
+    for position in {first or other for first, other in linked}:
+        file, _, section = position.partition("#")
         path = (ROOT / page).parent / file if file else ROOT / page
-        assert file.startswith(MADE_LATER) or path.is_file(), place
+        assert file.startswith(MADE_LATER) or path.is_file(), position
         if section:
             titles = re.findall(r"^#+ (.+)$", path.read_text(encoding="utf-8"), re.MULTILINE)
             assert section in {re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-") for title in titles}, (
-                place
+                position
             )
 
 
 def test_the_first_screen_is_light() -> None:
     pictures = set(re.findall(r"(?:src|srcset)=\"([^\"]+)\"", README))
-    assert sum((ROOT / place).stat().st_size for place in pictures) <= 300_000
+    assert sum((ROOT / position).stat().st_size for position in pictures) <= 300_000
 
 
 @pytest.mark.parametrize("page", PAGES)
@@ -262,8 +262,8 @@ def test_a_table_is_rendered_row_by_row() -> None:
     counts["zhang2007, sentences, agrees, beyond the baseline yes"] = 9
     numbers = {"zhang2007_walkers": 2, "zhang2007_error_of_map": -1234.4, **counts}
     rows = [("synthetic", name, value) for name, value in numbers.items()] + [("cmu", "zhang2007_walkers", 1)]
-    made = published.rendered(LITTLE, pd.DataFrame(rows, columns=["data", "name", "value"]))["walks"]
-    assert made.splitlines() == [
+    output = published.rendered(LITTLE, pd.DataFrame(rows, columns=["data", "name", "value"]))["walks"]
+    assert output.splitlines() == [
         "| | paper | 2 walkers | `cmu` |",
         "|---|---|---|---|",
         "| error | 30 | −1 234 mm² | unknown |",
@@ -277,9 +277,9 @@ def test_counts_of_an_earlier_rule_leave_their_rows_out() -> None:
     old = {"met": 3, "not met": 0, "cannot be tested on this data": 1}
     rows = [("synthetic", f"zhang2007, conditions, {name}", value) for name, value in old.items()]
     rows += [("synthetic", "zhang2007, sentences, reproduced", 3), ("synthetic", "zhang2007_walkers", 80)]
-    made = published.rendered(LITTLE, pd.DataFrame(rows, columns=["data", "name", "value"]))["walks"]
-    assert "counts" not in made
-    assert "sentences" not in made
+    output = published.rendered(LITTLE, pd.DataFrame(rows, columns=["data", "name", "value"]))["walks"]
+    assert "counts" not in output
+    assert "sentences" not in output
 
 
 def test_a_number_that_is_printed_twice_counts_once() -> None:
@@ -288,10 +288,10 @@ def test_a_number_that_is_printed_twice_counts_once() -> None:
     layout = {"": {"rows": [{"verdicts": ["park2011"]}]}}
     counts = {name: value for _, name, value, _ in published.verdict_counts(verdicts, layout)}
     for kinds in ((papers.Kind.RESULT,), (papers.Kind.SENTENCE,), papers.OF_PAPERS):
-        own = sum(not v.claim.same_as for v in verdicts if v.claim.kind in kinds)
+        reference = sum(not v.claim.same_as for v in verdicts if v.claim.kind in kinds)
         named = f"park2011, {' and '.join(f'{kind}s' for kind in kinds)}, agrees"
-        assert counts[named] == own
-        assert counts[f"{named}, beyond the baseline yes"] == own
+        assert counts[named] == reference
+        assert counts[f"{named}, beyond the baseline yes"] == reference
         assert counts[f"{named}, beyond the baseline no"] == 0
     assert any(v.claim.same_as for v in verdicts)
 
@@ -326,10 +326,10 @@ def test_published_figures_are_measured_and_replace_those_of_the_same_data(folde
     published.renew(path, rows.assign(data="cmu"))
     published.renew(path, rows.assign(value=0.0))
     published.renew(path, rows)
-    found = pd.DataFrame(dict(tables.read(path)))
-    assert set(found["data"]) == {"cmu", "synthetic"}
-    assert len(found) == 2 * len(rows)
-    assert found[found["data"] == "synthetic"]["value"].max() == 625.0
+    result = pd.DataFrame(dict(tables.read(path)))
+    assert set(result["data"]) == {"cmu", "synthetic"}
+    assert len(result) == 2 * len(rows)
+    assert result[result["data"] == "synthetic"]["value"].max() == 625.0
 
 
 @pytest.mark.parametrize(

@@ -24,8 +24,8 @@ def test_roles_and_replacements_are_colours() -> None:
 
 
 def test_no_two_colours_look_alike() -> None:
-    for one, other in combinations(COLOURS, 2):
-        assert np.abs(np.subtract(rgb_colour(one), rgb_colour(other))).max() > 60, (one, other)
+    for first, other in combinations(COLOURS, 2):
+        assert np.abs(np.subtract(rgb_colour(first), rgb_colour(other))).max() > 60, (first, other)
 
 
 @pytest.mark.parametrize("name", [*CYCLE, *ROLES])

@@ -13,23 +13,23 @@ from tests.planted import ROOT, Defect, chosen, defects
 def complaints(defect: Defect) -> list[str]:
     """Why a defect cannot be planted or noticed."""
     source = (ROOT / defect.file).read_text(encoding="utf-8")
-    told = [f"{defect.old!r} stands {source.count(defect.old)} times"] * (source.count(defect.old) != 1)
-    told += ["it changes nothing"] * (defect.new == defect.old)
+    described = [f"{defect.old!r} stands {source.count(defect.old)} times"] * (source.count(defect.old) != 1)
+    described += ["it changes nothing"] * (defect.new == defect.old)
     try:
         compile(source.replace(defect.old, defect.new), defect.file, "exec")
     except SyntaxError as error:
-        told.append(f"it does not compile: {error}")
+        described.append(f"it does not compile: {error}")
     for test in defect.tests.split():
         path, _, name = test.partition("::")
         if not (ROOT / path).exists() or not path.startswith("tests/"):
-            told.append(f"no test {path}")
+            described.append(f"no test {path}")
         elif name and not re.search(
             rf"^def {name.partition('[')[0]}\(", (ROOT / path).read_text(), re.MULTILINE
         ):
-            told.append(f"no test {test}")
+            described.append(f"no test {test}")
         elif "golden" in test or "test_every_preset" in test:
-            told.append(f"{test} compares golden tables")
-    return [f"{defect.file}: {sentence}" for sentence in told + ["no test"] * (not defect.tests)]
+            described.append(f"{test} compares golden tables")
+    return [f"{defect.file}: {sentence}" for sentence in described + ["no test"] * (not defect.tests)]
 
 
 def test_every_defect_can_be_planted() -> None:

@@ -130,8 +130,8 @@ def test_ridge_regression_has_the_error_that_numpy_gives(ridge: Path) -> None:
 
     plugins.load_files([ridge])
     module = sys.modules["plugin_ridge"]
-    given, view = inputs(), np.radians([30.0])
-    fold, walk = methods.held_out(given.dataset, given.model, 3, 70.0)
+    arguments, view = inputs(), np.radians([30.0])
+    fold, walk = methods.held_out(arguments.dataset, arguments.model, 3, 70.0)
     missing = methods.chosen(["ridge"])[0].apply(fold, walk, view).missing[0]
     cos, sin = np.cos(view[0]), np.sin(view[0])
     x = np.stack([cos * fold.training[..., 0] + sin * fold.training[..., 1], fold.training[..., 2]], axis=-1)
@@ -377,8 +377,8 @@ def test_a_slip_in_a_users_file_is_one_sentence(
 def test_a_result_of_another_form_is_one_sentence(result: object) -> None:
     from tests.walk3d.anatomy.study.test_method import inputs
 
-    given = inputs()
-    fold, walk = methods.held_out(given.dataset, given.model, 0, 70.0)
+    arguments = inputs()
+    fold, walk = methods.held_out(arguments.dataset, arguments.model, 0, 70.0)
     method = methods.Method("mine", Style("mine", "purple"), lambda *_: result)  # type: ignore[arg-type, return-value]
     with rejects("wrong_result", "mine"):
         method.apply(fold, walk, np.zeros(1))

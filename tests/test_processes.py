@@ -67,8 +67,8 @@ def test_what_a_killed_helper_had_taken_is_done_again(tmp_path: Path) -> None:
 
 @needs_fork
 def test_a_result_that_cannot_be_sent_is_made_here() -> None:
-    made = map_processes(lambda n: lambda: n, range(4), 2)
-    assert [function() for function in made] == [0, 1, 2, 3]
+    output = map_processes(lambda n: lambda: n, range(4), 2)
+    assert [function() for function in output] == [0, 1, 2, 3]
 
 
 @needs_fork

@@ -28,9 +28,9 @@ def _pipe(path: Path) -> None:
 
 
 def _socket(path: Path) -> None:
-    with socket.socket(socket.AF_UNIX) as one, pytest.MonkeyPatch.context() as patch:
+    with socket.socket(socket.AF_UNIX) as first, pytest.MonkeyPatch.context() as patch:
         patch.chdir(path.parent)  # the name of a socket is short
-        one.bind(path.name)
+        first.bind(path.name)
 
 
 SPECIAL: dict[str, Callable[[Path], None]] = {

@@ -161,8 +161,8 @@ def test_the_axis_from_ankles_to_hips_points_up_unless_the_mapping_says_which(up
     rules = SourceMapping(name="t", joints={joint: {joint: 1.0} for joint in LOWER_BODY})
     positions, _ = mapped(source, rules, *LOWER_BODY)
     np.testing.assert_allclose(positions[0, :, 2], [900, 900, 450, 50, 900, 450, 50])
-    said, _ = mapped(source, dataclasses.replace(rules, up=UpAxis(up)), *LOWER_BODY)
-    np.testing.assert_array_equal(said, positions)
+    message, _ = mapped(source, dataclasses.replace(rules, up=UpAxis(up)), *LOWER_BODY)
+    np.testing.assert_array_equal(message, positions)
     axes = motion((*LOWER_BODY, "A", "B", "C"), np.concatenate([source.positions_mm[0], np.eye(3)])[None])
     turned, _ = mapped(axes, dataclasses.replace(rules, joints={**rules.joints, **THREE}), *THREE)
     assert np.linalg.det(turned[0]) == pytest.approx(1.0)  # turned, not mirrored

@@ -81,11 +81,11 @@ def base(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
 def walks(base: Environment, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with ``my_walks``, recordings of four people, and ``film.json``, keypoints; one for each environment."""
     folder = tmp_path_factory.mktemp("walks")
-    made = walkers.walking_population(
+    output = walkers.walking_population(
         np.random.default_rng(8), male=2, female=2, duration_s=3.0, frame_rate_hz=40.0
     )
     (folder / "my_walks").mkdir()
-    for k, walk in enumerate(made.positions_mm):
+    for k, walk in enumerate(output.positions_mm):
         write_c3d(folder / "my_walks" / f"p{k}.c3d", WALKER15.joints, walk, 40.0)
     alphapose(folder / "film.json", in_layout(clip(60.0, ERROR), "coco17"))
     return folder
@@ -104,18 +104,18 @@ def test_only_the_four_packages_are_there(base: Environment, walks: Path) -> Non
         "omegaconf",
         "pyarrow",
     )
-    said = base.run(
+    message = base.run(
         walks, "-c", f"import importlib.util as u; print([n for n in {absent} if u.find_spec(n)])"
     )
-    assert said.stdout.strip() == "[]", said.stderr
+    assert message.stdout.strip() == "[]", message.stderr
 
 
 def test_a_walk_is_reconstructed_and_what_is_not_written_is_said(base: Environment, walks: Path) -> None:
-    said = base.run(
+    message = base.run(
         walks, "-m", "pipeline", "reconstruct", "film.json", "input.frame_rate_hz=30", "input.width=1920",
         "input.height=1080", "output.path=out",
     )  # fmt: skip
-    assert (said.returncode, said.stderr) == (0, "")
+    assert (message.returncode, message.stderr) == (0, "")
     written = {path.name for path in (walks / "out").iterdir()}
     assert written == {
         "manifest.json",
@@ -124,26 +124,26 @@ def test_a_walk_is_reconstructed_and_what_is_not_written_is_said(base: Environme
         *("walk.c3d", "walk.trc", "walk.csv", "walk.bvh", "walk_cycle.bvh", "motion.txt", "walk.html"),
     }
     hint = base.hint("rerun-sdk", "papers", "make install")
-    assert f"No recording.rrd: it needs {hint}." in said.stdout
-    said = base.run(walks, "-m", "pipeline", "export", "out", "to=cycles.trc")
-    assert (said.returncode, said.stderr) == (0, "")
+    assert f"No recording.rrd: it needs {hint}." in message.stdout
+    message = base.run(walks, "-m", "pipeline", "export", "out", "to=cycles.trc")
+    assert (message.returncode, message.stderr) == (0, "")
     assert (walks / "cycles.trc").is_file()
 
 
 def test_recordings_are_inspected_and_exported(base: Environment, walks: Path) -> None:
-    said = base.run(walks, "-m", "pipeline", "inspect", "my_walks")
-    assert (said.returncode, said.stderr) == (0, "")
-    assert "4 of 4 files contain walks" in said.stdout
-    said = base.run(walks, "-m", "pipeline", "export", "my_walks/p0.c3d", "skeleton=auto", "to=p0.csv")
-    assert (said.returncode, said.stderr) == (0, "")
-    said = base.run(walks, "-m", "pipeline", "pointlight", "my_walks/p0.c3d", "to=p0.svg")
-    assert (said.returncode, said.stderr) == (0, "")
+    message = base.run(walks, "-m", "pipeline", "inspect", "my_walks")
+    assert (message.returncode, message.stderr) == (0, "")
+    assert "4 of 4 files contain walks" in message.stdout
+    message = base.run(walks, "-m", "pipeline", "export", "my_walks/p0.c3d", "skeleton=auto", "to=p0.csv")
+    assert (message.returncode, message.stderr) == (0, "")
+    message = base.run(walks, "-m", "pipeline", "pointlight", "my_walks/p0.c3d", "to=p0.svg")
+    assert (message.returncode, message.stderr) == (0, "")
 
 
 def test_the_first_example_in_python_runs(base: Environment, walks: Path) -> None:
     (code,) = (block for block in blocks("README.md", "py") if "from gait_pipeline import" in block)
-    said = base.run(walks, "-c", code + "\nprint(coefficients.shape)")
-    assert (said.stdout.strip(), said.stderr) == ("(5, 15, 3)", "")
+    message = base.run(walks, "-c", code + "\nprint(coefficients.shape)")
+    assert (message.stdout.strip(), message.stderr) == ("(5, 15, 3)", "")
 
 
 @pytest.mark.parametrize(
@@ -157,25 +157,25 @@ def test_the_first_example_in_python_runs(base: Environment, walks: Path) -> Non
 def test_what_needs_more_says_which_package(
     base: Environment, walks: Path, arguments: list[str], package: str
 ) -> None:
-    said = base.run(walks, "-m", "pipeline", *arguments)
-    assert said.returncode == 1
-    assert said.stderr == f"this needs {base.hint(package, 'papers', 'make install')}\n"
-    assert said.stdout in ("", "setting up figures\n", "setting up zhang2007_fig2\n")
+    message = base.run(walks, "-m", "pipeline", *arguments)
+    assert message.returncode == 1
+    assert message.stderr == f"this needs {base.hint(package, 'papers', 'make install')}\n"
+    assert message.stdout in ("", "setting up figures\n", "setting up zhang2007_fig2\n")
 
 
 def test_a_film_says_which_package_reads_it(base: Environment, walks: Path) -> None:
     (walks / "film.mp4").write_bytes(b"no film, which is not read either")
-    said = base.run(walks, "-m", "pipeline", "reconstruct", "film.mp4")
-    assert said.returncode == 1
-    (line,) = said.stderr.splitlines()
+    message = base.run(walks, "-m", "pipeline", "reconstruct", "film.mp4")
+    assert message.returncode == 1
+    (line,) = message.stderr.splitlines()
     assert base.hint("opencv-python-headless", "video", "make video") in line
 
 
 def test_the_help_and_the_equations_are_printed(base: Environment, walks: Path) -> None:
     for arguments in (["--help"], ["--version"], ["figures", "--help"], ["equations", "zhang2007"]):
-        said = base.run(walks, "-m", "pipeline", *arguments)
-        assert (said.returncode, said.stderr) == (0, ""), arguments
-        assert said.stdout
+        message = base.run(walks, "-m", "pipeline", *arguments)
+        assert (message.returncode, message.stderr) == (0, ""), arguments
+        assert message.stdout
 
 
 IN_CLONE = "pip install '.[xarray]'"
@@ -198,9 +198,9 @@ for call in (
 
 
 def test_functions_that_need_more_say_which_package(base: Environment, walks: Path) -> None:
-    said = base.run(walks, "-c", LIBRARY)
-    assert said.stderr == ""
-    assert said.stdout.splitlines() == [
+    message = base.run(walks, "-c", LIBRARY)
+    assert message.stderr == ""
+    assert message.stdout.splitlines() == [
         f"this needs {base.hint('pandas', 'papers', 'make install')}",
         f"this needs {base.hint('xarray', 'xarray', IN_CLONE)}",
         "this needs numba (extra `papers`), which is not installed:"

@@ -37,11 +37,11 @@ def run(folder: Path) -> subprocess.CompletedProcess[str]:
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """What the tutorial leaves behind."""
-    made = tmp_path_factory.mktemp("tutorial")
-    done = run(made)
+    output = tmp_path_factory.mktemp("tutorial")
+    done = run(output)
     assert done.returncode == 0, done.stderr
     assert "off in depth" in done.stdout
-    return made
+    return output
 
 
 def test_more_walkers_make_a_better_model_and_few_a_worse_one_than_their_average(folder: Path) -> None:

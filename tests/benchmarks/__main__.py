@@ -112,8 +112,8 @@ def run(name: str, options: dict[str, str]) -> int:
     show(name, module.__doc__ or "", rows)
     write(RESULTS / f"{name}.csv", rows)
     # A checkout's place is nobody else's business.
-    said = {option: value for option, value in options.items() if option != "reference"}
-    about = {"benchmark": name, "options": said, "cores": os.cpu_count(), **provenance()}
+    message = {option: value for option, value in options.items() if option != "reference"}
+    about = {"benchmark": name, "options": message, "cores": os.cpu_count(), **provenance()}
     (RESULTS / f"{name}.json").write_text(json.dumps(about, indent=2) + "\n", encoding="utf-8")
     if hasattr(module, "draw"):
         module.draw(rows, RESULTS / name)

@@ -57,7 +57,7 @@ def shot(frames: int, *, noise_px: float = 0.0) -> Shot:
 
 def _stages(one: Shot, basis: TrajectoryBasis, *, limit_s: float) -> Row:
     """CPU seconds of each stage, and what came out."""
-    found = one.skeleton(basis, limit_s=limit_s, refine=True)  # warm
+    result = one.skeleton(basis, limit_s=limit_s, refine=True)  # warm
 
     def seconds(limit: float, refine: bool) -> float:
         return min(
@@ -69,16 +69,16 @@ def _stages(one: Shot, basis: TrajectoryBasis, *, limit_s: float) -> Row:
     refinement = max(seconds(0.0, True) - signs, 0.0)
     whole = seconds(limit_s, True) if limit_s > 0 else signs + refinement
     proofs = max(whole - signs - refinement, 0.0)
-    assert found.refined is not None, "asked for"
+    assert result.refined is not None, "asked for"
     return {
         "total_s": round(whole, 3),
         "signs_share": round(signs / whole, 2),
         "proofs_share": round(proofs / whole, 2),
         "refinement_share": round(refinement / whole, 2),
-        "proved": round(float(np.mean([limb.solution.proved for limb in found.limbs.values()])), 2),
-        "steps": found.refined.n_iterations,
+        "proved": round(float(np.mean([limb.solution.proved for limb in result.limbs.values()])), 2),
+        "steps": result.refined.n_iterations,
         "signs_ms": round(1e3 * signs, 1),
-        "step_ms": round(1e3 * refinement / found.refined.n_iterations, 2),
+        "step_ms": round(1e3 * refinement / result.refined.n_iterations, 2),
     }
 
 
@@ -95,15 +95,15 @@ def run() -> list[Row]:
                 raise SystemExit(f"a skeleton of {FRAMES} frames takes {row['total_s']} s, over {BOUND_S:g}")
             rows.append({"job": f"whole, {basis} basis, {noise_px:g} px", **_sizes(FRAMES, basis), **row})
     for grows, sizes in (("F", BY_FRAMES), ("K", BY_COMPONENTS)):
-        found = []
+        result = []
         for size in sizes:
             frames = size if grows == "F" else FRAMES
             basis = TrajectoryBasis(size if grows == "K" else COMPONENTS)
             row = _stages(shot(frames), basis, limit_s=0.0)
-            found.append(row)
+            result.append(row)
             rows.append({"job": f"growth with {grows}", **_sizes(frames, basis), **row})
         for stage in ("signs", "step"):
-            rows[-1][f"{stage}_exponent"] = exponent(sizes, [float(row[f"{stage}_ms"]) for row in found])
+            rows[-1][f"{stage}_exponent"] = exponent(sizes, [float(row[f"{stage}_ms"]) for row in result])
     headings = dict.fromkeys(name for row in rows for name in row)
     return [{name: row.get(name, "") for name in headings} for row in rows]
 

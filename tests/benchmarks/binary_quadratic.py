@@ -94,8 +94,8 @@ def limb(
     ray /= np.linalg.norm(ray, axis=1, keepdims=True)
     start = truth if camera == "distant" else centre - parent
     middle = start - (start * ray).sum(axis=1, keepdims=True) * ray
-    beside = np.linalg.norm(middle, axis=1, keepdims=True)
-    middle = middle * np.minimum(1.0, 300.0 / beside)  # where noise takes the ray past the sphere
+    neighbours = np.linalg.norm(middle, axis=1, keepdims=True)
+    middle = middle * np.minimum(1.0, 300.0 / neighbours)  # where noise takes the ray past the sphere
     half_chord = np.sqrt(np.maximum(300.0**2 - np.square(middle).sum(axis=1, keepdims=True), 0.0)) * ray
     return Limb(middle, half_chord, np.where((truth * ray).sum(axis=1) < 0, -1, 1), truth)
 
@@ -211,30 +211,30 @@ def _ours(
     problems: list[tuple[np.ndarray, Limb]], limit_s: float
 ) -> tuple[list[float], list[BinarySolution], list[float]]:
     """Milliseconds to the first signs, solutions, and milliseconds to each, of all problems."""
-    first, found, whole = [], [], []
-    for basis, one in problems:
-        programme = programme_of(basis, one.middle, one.half_chord)
+    first, result, whole = [], [], []
+    for basis, single in problems:
+        programme = programme_of(basis, single.middle, single.half_chord)
         started = perf_counter()
         sign_search.search(programme)
         first.append(1e3 * (perf_counter() - started))
         started = perf_counter()
-        found.append(minimise(basis, one.middle, one.half_chord, gap=GAP, time_limit_s=limit_s))
+        result.append(minimise(basis, single.middle, single.half_chord, gap=GAP, time_limit_s=limit_s))
         whole.append(1e3 * (perf_counter() - started))
-    return first, found, whole
+    return first, result, whole
 
 
 def _row(label: str, problems: list[tuple[np.ndarray, Limb]], limit_s: float, scip: ModuleType | None) -> Row:
     """One size and kind of limb."""
-    first, found, whole = _ours(problems, limit_s)
+    first, result, whole = _ours(problems, limit_s)
     row: Row = {
         "limbs": label,
         "first_ms": float(np.median(first)),
         "first_most_ms": max(first),
-        "first_is_best": f"{_first_is_best(problems, found)}/{len(found)}",
+        "first_is_best": f"{_first_is_best(problems, result)}/{len(result)}",
         "proof_ms": float(np.median(whole)),
         "proof_most_ms": max(whole),
-        "proved": f"{sum(one.proved for one in found)}/{len(found)}",
-        "bound_least": min(one.lower_bound / one.objective for one in found),
+        "proved": f"{sum(single.proved for single in result)}/{len(result)}",
+        "bound_least": min(single.lower_bound / single.objective for single in result),
         "scip_first_ms": "",
         "scip_proof_ms": "",
         "scip_proved": "",
@@ -242,14 +242,14 @@ def _row(label: str, problems: list[tuple[np.ndarray, Limb]], limit_s: float, sc
     }
     if scip is not None:
         peers = []
-        for (basis, one), mine in list(zip(problems, found, strict=True))[:FEW]:
+        for (basis, single), mine in list(zip(problems, result, strict=True))[:FEW]:
             # Either way of writing it; each measure of the better one.
             runs = [
                 by_scip(
                     scip,
                     basis,
-                    one.middle,
-                    one.half_chord,
+                    single.middle,
+                    single.half_chord,
                     limit_s=limit_s,
                     target=mine.objective,
                     residuals=way,
@@ -273,7 +273,7 @@ def _row(label: str, problems: list[tuple[np.ndarray, Limb]], limit_s: float, sc
 
 def _first_is_best(problems: list[tuple[np.ndarray, Limb]], found: list[BinarySolution]) -> int:
     """How often the first signs were not improved by either search."""
-    programmes = [programme_of(basis, one.middle, one.half_chord) for basis, one in problems]
+    programmes = [programme_of(basis, single.middle, single.half_chord) for basis, single in problems]
     firsts = [programme.objective(sign_search.search(programme)) for programme in programmes]
     return sum(first <= best.objective * (1 + 10 * GAP) for first, best in zip(firsts, found, strict=True))
 

@@ -26,14 +26,14 @@ def sample(generator: np.random.Generator, shape: float | None, size: int) -> np
 def coverage(people: int, shape: float | None, draws: int, *, resamples: int = bootstrap.RESAMPLES) -> float:
     """Share of samples, in percent, whose interval of the mean over people holds the true one."""
     generator = derive_generator(0, f"coverage {people} {shape}")
-    held = 0
+    fixed = 0
     for _ in range(draws):
         values = sample(generator, shape, people)
         weights = bootstrap.resampling_weights(people, generator, resamples=resamples)
         left_out = (values.sum() - values) / (people - 1)
         low, high = bootstrap.cluster_interval(values.mean(), weights @ values / people, left_out, people)
-        held += low <= 1.0 <= high
-    return 100.0 * held / draws
+        fixed += low <= 1.0 <= high
+    return 100.0 * fixed / draws
 
 
 def run(draws: int | str = 2000) -> list[Row]:

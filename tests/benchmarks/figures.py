@@ -27,9 +27,9 @@ def run(
     for checkout in checkouts.values():
         if not (checkout / "pipeline" / "__main__.py").is_file():
             raise SystemExit("reference must be a checkout of this project")
-    wanted = figures.split(",") if figures else list(plugins.conf_files("experiment"))
+    target = figures.split(",") if figures else list(plugins.conf_files("experiment"))
     rows = []
-    for figure in wanted:
+    for figure in target:
         if not all(
             any(c.glob(f"*/experiment/{figure}.yaml")) or any(c.glob(f"*/conf/experiment/{figure}.yaml"))
             for c in checkouts.values()

@@ -41,13 +41,13 @@ def _row(folder: Path, name: str) -> Row:
         joints = pd.read_csv(out / "joints.csv").query("stretch == 0")
     by_joint = dict(iter(joints.groupby("joint")))
     axes = list("xyz")
-    found = np.stack([by_joint[joint][axes].to_numpy() for joint in JOINTS], axis=1)
+    result = np.stack([by_joint[joint][axes].to_numpy() for joint in JOINTS], axis=1)
     half = np.stack([by_joint[joint][[f"half_{a}" for a in axes]].to_numpy() for joint in JOINTS], axis=1)
     truth = centres(folder / "sample_mocap.json", by_joint[JOINTS[0]]["time_s"].to_numpy())
     hips = [JOINTS.index(f"{side}_hip") for side in ("left", "right")]
-    found, truth = (points - points[:, hips].mean(axis=1, keepdims=True) for points in (found, truth))
-    aligned, scale = _aligned(found, truth)
-    knees = [_knee(found, side) - _knee(truth, side) for side in ("left", "right")]
+    result, truth = (points - points[:, hips].mean(axis=1, keepdims=True) for points in (result, truth))
+    aligned, scale = _aligned(result, truth)
+    knees = [_knee(result, side) - _knee(truth, side) for side in ("left", "right")]
     return {
         "input": name,
         "verdict": str(summary["verdict"]),

@@ -30,14 +30,14 @@ def run() -> list[Row]:
     mirrors = [Path(part) for part in os.environ.get("MOCAP_MIRROR", "").split(os.pathsep) if part]
     rows = [row for row in read_sources(resources.DATA / "sources.csv") if row["source"] == "biomechzoo"]
     paths = [(row["subject"], resolve(row, raw=resources.DATA / "raw", mirror=mirrors)) for row in rows]
-    found: dict[str, list[tuple[str, float, float]]] = {kind: [] for kind in KINDS}
+    result: dict[str, list[tuple[str, float, float]]] = {kind: [] for kind in KINDS}
     for person, path in paths:
         if path is not None and path.suffix == ".c3d":
             for kind, late, period in _late(path):
-                found[kind].append((person, late, period))
-    if not any(found.values()):
+                result[kind].append((person, late, period))
+    if not any(result.values()):
         raise SystemExit("gait_events: no recording of biomechzoo")
-    return [_row(kind, events) for kind, events in found.items()]
+    return [_row(kind, events) for kind, events in result.items()]
 
 
 def _late(path: Path) -> list[tuple[str, float, float]]:
@@ -51,7 +51,7 @@ def _late(path: Path) -> list[tuple[str, float, float]]:
     except InvalidInput:
         return []
     at = dict(zip(motion.names, np.moveaxis(motion.positions_mm, 1, 0), strict=True))
-    rate, apart = motion.frame_rate_hz, int(0.6 * motion.frame_rate_hz)
+    rate, distance = motion.frame_rate_hz, int(0.6 * motion.frame_rate_hz)
     heading = np.nanmean(np.diff(at["PELO"], axis=0), axis=0)[:2]
     ahead = {
         side: np.nan_to_num(at[f"{side}TIO"] - at["PELO"])[:, :2] @ heading / np.linalg.norm(heading)
@@ -60,22 +60,22 @@ def _late(path: Path) -> list[tuple[str, float, float]]:
 
     def turning(side: str, sign: float) -> np.ndarray:
         signal = sign * ahead[side]
-        return np.asarray(find_peaks(signal, distance=apart, prominence=0.5 * np.ptp(signal))[0])
+        return np.asarray(find_peaks(signal, distance=distance, prominence=0.5 * np.ptp(signal))[0])
 
     strides = np.concatenate([np.diff(turning(side, 1.0)) for side in "LR"])
     if not len(strides):
         return []
     period = float(np.median(strides)) / rate
     labels, contexts = parameters.texts("EVENT:LABELS"), parameters.texts("EVENT:CONTEXTS")
-    found = []
+    result = []
     for time, label, context in zip(times, labels, contexts, strict=True):
         for kind, (name, sign) in KINDS.items():
             points = turning(context[0], sign) if label == name and context[:1] in ("L", "R") else np.empty(0)
             frame = time * rate - first  # frames are counted from one
             late = (frame - points[np.abs(points - frame).argmin()]) / rate if len(points) else np.inf
             if abs(late) < 0.2 * period:  # else of a step that the clip does not hold
-                found.append((kind, late / period, period))
-    return found
+                result.append((kind, late / period, period))
+    return result
 
 
 def _row(kind: str, events: list[tuple[str, float, float]]) -> Row:

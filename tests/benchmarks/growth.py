@@ -156,7 +156,7 @@ def _tracking(particles: int, frames: int) -> Work:
     body = posture.limb_lengths(bends.positions_mm[0])
     action = learn_action([posture.postures(joints) for joints in bends.positions_mm[1:]])
     model = action.model
-    seen = interpolate(bends.positions_mm[0], np.linspace(0, len(bends.positions_mm[0]) - 1, frames))
+    interpolated = interpolate(bends.positions_mm[0], np.linspace(0, len(bends.positions_mm[0]) - 1, frames))
     dynamics = Dynamics(
         nominal_rate=(len(model.mean) - 1) / (frames - 1),
         diffusion=learnt_diffusion(action.synchronized, model.mean, model.standard_deviation),
@@ -166,7 +166,7 @@ def _tracking(particles: int, frames: int) -> Work:
         track(
             model.mean,
             model.standard_deviation,
-            Likelihood(camera.project(seen, 0.8), 0.8, 30.0, unknown_place="across"),
+            Likelihood(camera.project(interpolated, 0.8), 0.8, 30.0, unknown_place="across"),
             to_joints=lambda x: posture.joints_where_defined(action.space.postures(x), body),
             n_particles=count,
             generator=np.random.default_rng(2),

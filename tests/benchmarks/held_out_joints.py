@@ -50,11 +50,11 @@ def _row(group: str, joints: tuple[str, ...], walks: np.ndarray) -> Row:
     square = []
     for truth in walks:
         # What is hidden is not there to be read.
-        seen = np.where(missing[None, :, None], np.nan, truth)
-        found = missing_joints.conditional_mean(missing_joints.population(), seen, missing)
-        apart = (found - truth)[:, missing]
+        values = np.where(missing[None, :, None], np.nan, truth)
+        result = missing_joints.conditional_mean(missing_joints.population(), values, missing)
+        distance = (result - truth)[:, missing]
         # The mean over a cycle of the square of a series: that of its constant and half that of its waves.
-        square.append(float(((apart[0] ** 2).sum(-1) + 0.5 * (apart[1:] ** 2).sum(axis=(0, 2))).mean()))
+        square.append(float(((distance[0] ** 2).sum(-1) + 0.5 * (distance[1:] ** 2).sum(axis=(0, 2))).mean()))
     each = np.sqrt(square)
     return row | {
         "rms_mm": float(np.sqrt(np.mean(square))),

@@ -47,9 +47,9 @@ def run() -> list[Row]:
     pixels, size = in_pixels(pixels, source.image_size, [])
     rows = [WALKER15.index(joint) for joint in JOINTS]
     image = (pixels - np.array(size) / 2.0)[:, rows]
-    seen = (confidence[:, rows] > 0.3)[..., None] & np.isfinite(image)
+    observed = (confidence[:, rows] > 0.3)[..., None] & np.isfinite(image)
     truth = centres(folder / "sample_mocap.json", source.frame / source.frame_rate_hz)
-    offset, error, rms_px = _offsets(truth, np.nan_to_num(image), seen, FOCAL_SHARE * max(size))
+    offset, error, rms_px = _offsets(truth, np.nan_to_num(image), observed, FOCAL_SHARE * max(size))
     return [
         {
             "joint": kind,
@@ -81,8 +81,8 @@ def centres(path: Path, times: np.ndarray) -> np.ndarray:
     points = np.stack(
         [points[..., 2], points[..., 0], points[..., 1]], axis=-1
     )  # from forwards, up, to the right
-    known, at = np.array(recorded["time"]), times - times[0]
-    flat = [np.interp(at, known - known[0], column) for column in points.reshape(len(points), -1).T]
+    finite, at = np.array(recorded["time"]), times - times[0]
+    flat = [np.interp(at, finite - finite[0], column) for column in points.reshape(len(points), -1).T]
     return np.stack(flat, axis=-1).reshape(len(times), *points.shape[1:])
 
 
@@ -95,14 +95,14 @@ def _offsets(
     kind = np.arange(2 * _KINDS) // 2
 
     def residual(x: np.ndarray) -> np.ndarray:
-        shared, own = x[7 : 7 + 3 * _KINDS].reshape(-1, 3), x[7 + 3 * _KINDS :].reshape(-1, 3)
-        points = truth + mirror * shared[kind] + own
+        shared, reference = x[7 : 7 + 3 * _KINDS].reshape(-1, 3), x[7 + 3 * _KINDS :].reshape(-1, 3)
+        points = truth + mirror * shared[kind] + reference
         camera = points @ Rotation.from_rotvec(x[1:4]).as_matrix().T + x[4:7]
         return (np.exp(x[0]) * camera[..., :2] / camera[..., 2:] - image) * seen
 
     def weighted(x: np.ndarray) -> np.ndarray:
-        own = x[7 + 3 * _KINDS :] / OWN_MM
-        prior = ((x[0] - np.log(focal_px)) / FOCAL_SD, x[7 : 7 + 3 * _KINDS] / OFFSET_MM, own)
+        reference = x[7 + 3 * _KINDS :] / OWN_MM
+        prior = ((x[0] - np.log(focal_px)) / FOCAL_SD, x[7 : 7 + 3 * _KINDS] / OFFSET_MM, reference)
         return np.concatenate([residual(x).ravel() / NOISE_PX, np.hstack(prior)])
 
     fits = [least_squares(weighted, start, x_scale="jac") for start in _starts(truth, image, focal_px)]
@@ -129,7 +129,7 @@ def _starts(truth: np.ndarray, image: np.ndarray, focal_px: float) -> list[np.nd
     for angle in np.radians(np.arange(0.0, 360.0, 30.0)):
         ahead, down = np.array([np.cos(angle), np.sin(angle), 0.0]), np.array([0.0, 0.0, -1.0])
         turn = np.stack([np.cross(down, ahead), down, ahead])
-        place = np.array([0.0, 0.0, depth]) - turn @ middle
+        position = np.array([0.0, 0.0, depth]) - turn @ middle
         vector = Rotation.from_matrix(turn).as_rotvec()
-        starts.append(np.concatenate([[np.log(focal_px)], vector, place, np.zeros(9 * _KINDS)]))
+        starts.append(np.concatenate([[np.log(focal_px)], vector, position, np.zeros(9 * _KINDS)]))
     return starts

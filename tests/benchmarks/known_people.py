@@ -61,20 +61,20 @@ def _rows(walks: Walks, laboratory: str) -> list[Row]:
     people = list(dict.fromkeys(walks.person[~others].tolist()))
     of_person = [np.flatnonzero(walks.person == person) for person in people]
     each = [anatomical.by_block(np.stack([trained[k].walker for k in mine])) for mine in of_person]
-    walkers = [((one + fourier.mirrored(one)) / 2.0).mean(axis=0) for one in each]
+    walkers = [((first + fourier.mirrored(first)) / 2.0).mean(axis=0) for first in each]
     rows: list[Row] = []
     for allowed in (False, True):
         for count in KNOWN:
-            found = []
+            result = []
             for number, mine in enumerate(of_person):
-                known = [walkers[(number + 1 + k) % len(people)] for k in range(count)]
-                moved = calibrated(small, np.stack(known), share) if count else small
+                finite = [walkers[(number + 1 + k) % len(people)] for k in range(count)]
+                moved = calibrated(small, np.stack(finite), share) if count else small
                 left = share * (1.0 - COMMON if count else 1.0) * allowed
                 prior = prepare(model_of(expand(moved)), Detector(), unfamiliar=left)
-                found += [
+                result += [
                     _errors(walks, int(mine[0]), trained[mine[0]], heading, prior) for heading in HEADINGS_DEG
                 ]
-            error_mm, knee_deg = np.mean(found, axis=0)
+            error_mm, knee_deg = np.mean(result, axis=0)
             rows.append({
                 "laboratory": laboratory, "people": len(people), "known": count, "unfamiliar_allowed": int(allowed),
                 "error_mm": float(error_mm), "knee_error_deg": float(knee_deg),

@@ -15,12 +15,12 @@ from tests.benchmarks.timing import in_turns, relative_difference
 
 def _numpy_svd(rows: np.ndarray) -> list[np.ndarray]:
     """Eigenvalues of every fold, by numpy."""
-    found = []
+    result = []
     for r in range(len(rows)):
         training = np.delete(rows, r, axis=0)
         singular = np.linalg.svd(training - training.mean(axis=0), full_matrices=False)[1]
-        found.append(singular[:COMPONENTS] ** 2 / (len(training) - 1))
-    return found
+        result.append(singular[:COMPONENTS] ** 2 / (len(training) - 1))
+    return result
 
 
 def run() -> list[Row]:

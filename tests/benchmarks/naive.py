@@ -39,11 +39,13 @@ def missing(rows: np.ndarray, angle: float) -> np.ndarray:
 
 def coefficients(model: Eigenwalkers, walker: np.ndarray, angle: float, sigma2: float | None) -> np.ndarray:
     """k by least squares, or by MAP with sigma²: equations 3.9 and 3.15 of zhang2007."""
-    seen = projected(model.walkers, angle)
+    observed = projected(model.walkers, angle)
     difference = projected(walker - model.average, angle)
     if sigma2 is None:
-        return np.linalg.lstsq(seen, difference, rcond=None)[0]
-    return np.linalg.solve(seen.T @ seen + np.diag(sigma2 / model.eigenvalues), seen.T @ difference)
+        return np.linalg.lstsq(observed, difference, rcond=None)[0]
+    return np.linalg.solve(
+        observed.T @ observed + np.diag(sigma2 / model.eigenvalues), observed.T @ difference
+    )
 
 
 def error(model: Eigenwalkers, walker: np.ndarray, angle: float, sigma2: float | None) -> float:
@@ -55,10 +57,10 @@ def error(model: Eigenwalkers, walker: np.ndarray, angle: float, sigma2: float |
 
 def view_angle(model: Eigenwalkers, walker: np.ndarray, angle: float) -> OptimizeResult:
     """View angle and k together from one start, numerical Jacobian: equation 4.5 of zhang2007."""
-    seen = projected(walker, angle)
+    observed = projected(walker, angle)
 
     def differences(unknowns: np.ndarray) -> np.ndarray:
-        return seen - projected(model.average + model.walkers @ unknowns[1:], unknowns[0])
+        return observed - projected(model.average + model.walkers @ unknowns[1:], unknowns[0])
 
     start = np.zeros(1 + len(model.eigenvalues))
     scale = np.concatenate([[1.0], np.sqrt(model.eigenvalues)])

@@ -99,7 +99,7 @@ def clip(frames: int, components: int, *, away: float = NEAR, noise_px: float = 
 def peer(one: Clip, *, analytic: bool) -> np.ndarray:
     """Positions (L, F, 3) that SciPy finds from the same start, mm."""
     limbs, size = len(one.lengths), 2 * one.basis.shape[1]
-    given = reprojection.observe(
+    inputs = reprojection.observe(
         one.images[:, 1:],
         one.camera,
         one.root,
@@ -116,19 +116,19 @@ def peer(one: Clip, *, analytic: bool) -> np.ndarray:
     start = np.stack([np.concatenate([path.coefficients_theta, path.coefficients_phi]) for path in paths])
 
     def positions(flat: np.ndarray) -> np.ndarray:
-        return reprojection.forward(given, reprojection.relative(given, flat.reshape(limbs, size)))
+        return reprojection.forward(inputs, reprojection.relative(inputs, flat.reshape(limbs, size)))
 
     def residuals(flat: np.ndarray) -> np.ndarray:
-        return reprojection.residuals(given, positions(flat)).ravel()
+        return reprojection.residuals(inputs, positions(flat)).ravel()
 
     def jacobian(flat: np.ndarray) -> np.ndarray:
-        return reprojection.jacobian(given, flat.reshape(limbs, size)).reshape(-1, flat.size)
+        return reprojection.jacobian(inputs, flat.reshape(limbs, size)).reshape(-1, flat.size)
 
     if analytic:
-        found = least_squares(residuals, start.ravel(), jac=jacobian, tr_solver="lsmr", x_scale="jac")
+        coefficients = least_squares(residuals, start.ravel(), jac=jacobian, tr_solver="lsmr", x_scale="jac")
     else:
-        found = least_squares(residuals, start.ravel(), jac="2-point")
-    return positions(found.x)
+        coefficients = least_squares(residuals, start.ravel(), jac="2-point")
+    return positions(coefficients.x)
 
 
 def run() -> list[Row]:
@@ -136,10 +136,10 @@ def run() -> list[Row]:
     rows = []
     for components, analytic in ((20, False), (20, True), (40, True)):
         one = clip(FRAMES, components)
-        found, theirs = one.ours(), peer(one, analytic=analytic).swapaxes(0, 1)
-        if not found.converged:
+        result, theirs = one.ours(), peer(one, analytic=analytic).swapaxes(0, 1)
+        if not result.converged:
             raise SystemExit(f"{components} components: ours has not converged")
-        agreement = relative_difference(found.positions[:, 1:], theirs, at_most=SAME)
+        agreement = relative_difference(result.positions[:, 1:], theirs, at_most=SAME)
         seconds = min(cpu_seconds(one.ours) for _ in range(ROUNDS))
         far = clip(FRAMES, components, away=FAR)
         steps, longer = far.ours().n_iterations, cpu_seconds(far.ours)
@@ -151,7 +151,7 @@ def run() -> list[Row]:
                 lambda one=one, analytic=analytic: peer(one, analytic=analytic),
                 rounds=ROUNDS if analytic else 1,
                 agreement=agreement,
-                note=f"ours {seconds:.2g} s, {found.n_iterations} steps; from afar {longer:.2g} s, {steps} steps",
+                note=f"ours {seconds:.2g} s, {result.n_iterations} steps; from afar {longer:.2g} s, {steps} steps",
             )
         )
     return rows

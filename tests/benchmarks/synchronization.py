@@ -34,8 +34,8 @@ def performances(count: int = PERFORMANCES, frames: int = FRAMES) -> np.ndarray:
     t = np.linspace(0, 1, frames)
     bends = 0.12 * generator.uniform(-1, 1, (count, 3, 1)) / np.array([1.0, 4.0, 9.0])[:, None]
     pace = t + (bends * np.sin(np.pi * np.array([1.0, 2.0, 3.0])[:, None] * t)).sum(axis=1)
-    own = shape + 0.1 * generator.standard_normal((count, *shape.shape)) / orders[:, None]
-    return np.cos(np.pi * pace[..., None] * orders) @ own
+    reference = shape + 0.1 * generator.standard_normal((count, *shape.shape)) / orders[:, None]
+    return np.cos(np.pi * pace[..., None] * orders) @ reference
 
 
 def smoothness(sequences: np.ndarray) -> float:
@@ -67,15 +67,15 @@ def run() -> list[Row]:
         return synchronization.synchronize_all(sequences, max_disparity=BAND, smoothness=mu)
 
     def unpenalised(pairs: Sequence[tuple[int, int]] = few) -> np.ndarray:
-        found = synchronization.synchronize_all(sequences, max_disparity=BAND, smoothness=0.0).cost
-        return np.array([found[n, m] for n, m in pairs])
+        result = synchronization.synchronize_all(sequences, max_disparity=BAND, smoothness=0.0).cost
+        return np.array([result[n, m] for n, m in pairs])
 
     def loops() -> np.ndarray:
         return np.array([plain_loop(sequences[n], sequences[m], BAND) for n, m in few])
 
     def with_median() -> np.ndarray:
-        found = with_paths()
-        return synchronization.warp(sequences, found.disparity[synchronization.median_sequence(found.cost)])
+        result = with_paths()
+        return synchronization.warp(sequences, result.disparity[synchronization.median_sequence(result.cost)])
 
     seconds = min(cpu_seconds(with_median) for _ in range(ROUNDS))
     rows = [

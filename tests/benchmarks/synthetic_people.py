@@ -75,8 +75,8 @@ def scaled(walks: np.ndarray) -> np.ndarray:
 
 def distance_mm(walks: np.ndarray, average: np.ndarray) -> np.ndarray:
     """Return the distances (…,), mm, of walks (…, 5, 15, 3) from one: rms over the cycle, mean over joints."""
-    apart = walks - average
-    square = apart[..., 0, :, :] ** 2 + 0.5 * (apart[..., 1:, :, :] ** 2).sum(axis=-3)
+    distance = walks - average
+    square = distance[..., 0, :, :] ** 2 + 0.5 * (distance[..., 1:, :, :] ** 2).sum(axis=-3)
     return np.sqrt(square.sum(axis=-1)).mean(axis=-1)
 
 

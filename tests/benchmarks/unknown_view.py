@@ -41,12 +41,12 @@ def run() -> list[Row]:
         ]
         return np.array([[(fit.x[0], 2.0 * fit.cost) for fit in fold] for fold in fits])
 
-    found = ours(FEW_FOLDS)
-    angle = np.array([estimate.angle_rad[::EVERY_VIEW] for estimate in found])
-    cost = np.array([estimate.cost[::EVERY_VIEW] for estimate in found])
+    result = ours(FEW_FOLDS)
+    angle = np.array([estimate.angle_rad[::EVERY_VIEW] for estimate in result])
+    cost = np.array([estimate.cost[::EVERY_VIEW] for estimate in result])
     peer = theirs()
-    apart = np.abs((angle - peer[..., 0] + np.pi) % (2 * np.pi) - np.pi)
-    same = apart < SAME_RAD
+    differences = np.abs((angle - peer[..., 0] + np.pi) % (2 * np.pi) - np.pi)
+    same = differences < SAME_RAD
     if (cost > peer[..., 1] * (1.0 + 1e-6)).any() or not same.any():
         raise SystemExit("the peer found a lower minimum, or never the same one")
     whole = len(rows) * len(VIEWS_RAD)
@@ -59,7 +59,7 @@ def run() -> list[Row]:
             theirs,
             rounds=3,
             scaled=whole / same.size,
-            agreement=float(apart[same].max()),
+            agreement=float(differences[same].max()),
             note=f"peer: {same.size} of {whole} views, time × {whole / same.size:.0f}; {outcome}",
         )
     ]

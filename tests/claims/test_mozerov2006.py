@@ -100,10 +100,10 @@ def test_all_stages_but_the_raw_one_have_the_same_samples(synthetic_tables: Tabl
         table = synthetic_tables[figure]
         assert set(table["stage"]) == STAGES
         counts = {
-            (stage, name): np.unique(table["sample"][here]).size
+            (stage, name): np.unique(table["sample"][start]).size
             for stage in STAGES
             for name in set(table["performance"])
-            if (here := (table["stage"] == stage) & (table["performance"] == name)).any()
+            if (start := (table["stage"] == stage) & (table["performance"] == name)).any()
         }
         assert {samples for (stage, _), samples in counts.items() if stage != "raw"} == {100}
         assert len({samples for (stage, _), samples in counts.items() if stage == "raw"}) > 1
@@ -116,8 +116,8 @@ def test_synchronization_keeps_the_ends_of_every_performance(synthetic_tables: T
     key = np.char.add(table["performance"].astype(str), table["component"].astype(str))
     values: dict[str, np.ndarray] = {}
     for stage in STAGES:
-        here = first & (table["stage"] == stage)
-        values[stage] = table["value"][here][np.argsort(key[here])]
+        start = first & (table["stage"] == stage)
+        values[stage] = table["value"][start][np.argsort(key[start])]
     for stage in STAGES - {"raw"}:
         np.testing.assert_allclose(values[stage], values["raw"], rtol=1e-8, atol=1e-9)
 
@@ -143,11 +143,11 @@ def test_the_path_is_never_longer_than_without_synchronization(synthetic_tables:
 
 def test_the_spectrum_sums_to_the_whole_and_keeps_the_smallest_number(synthetic_tables: Tables) -> None:
     spectrum = synthetic_tables["mozerov2006_fig3/table_spectrum"]
-    held = spectrum["cumulative_fraction"]
+    fixed = spectrum["cumulative_fraction"]
     assert (np.diff(spectrum["eigenvalue"]) <= 1e-9 * spectrum["eigenvalue"][0]).all()
-    np.testing.assert_allclose(held[-1], 1.0, rtol=1e-9)
-    kept = np.unique(synthetic_tables["mozerov2006_fig3/table_model"]["component"]).size
-    assert held[kept - 1] >= 0.95 > held[kept - 2]
+    np.testing.assert_allclose(fixed[-1], 1.0, rtol=1e-9)
+    retained = np.unique(synthetic_tables["mozerov2006_fig3/table_model"]["component"]).size
+    assert fixed[retained - 1] >= 0.95 > fixed[retained - 2]
 
 
 def test_the_learnt_spread_is_the_variance_that_is_left(synthetic_tables: Tables) -> None:

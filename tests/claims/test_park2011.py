@@ -127,8 +127,10 @@ def test_a_radius_made_as_long_as_the_rays_ask_for_does_not_depend_on_how_short_
     table = synthetic_tables["park2011_fig3c"]
     assert set(table["adjust"]) == {"refined", "global"}
     for trial in np.unique(table["trial"]):
-        here = (table["trial"] == trial) & (table["adjust"] == "global")
-        scales, errors, radii = (table[name][here] for name in ("radius_scale", "limb_error", "radius_ratio"))
+        start = (table["trial"] == trial) & (table["adjust"] == "global")
+        scales, errors, radii = (
+            table[name][start] for name in ("radius_scale", "limb_error", "radius_ratio")
+        )
         least = radii.min()
         np.testing.assert_allclose(radii, np.maximum(scales, least), rtol=1e-6)
         shorter = scales <= least
@@ -138,8 +140,10 @@ def test_a_radius_made_as_long_as_the_rays_ask_for_does_not_depend_on_how_short_
 
 def test_every_limb_of_every_clip_is_told_for_every_camera(synthetic_tables: Tables) -> None:
     limbs, clips = (synthetic_tables[f"park2011_fig4/table_{name}"] for name in ("limbs", "clips"))
-    told = {(c, k, limb) for c, k, limb in zip(limbs["clip"], limbs["camera"], limbs["limb"], strict=True)}
+    described = {
+        (c, k, limb) for c, k, limb in zip(limbs["clip"], limbs["camera"], limbs["limb"], strict=True)
+    }
     pairs = set(zip(clips["clip"], clips["camera"], strict=True))
-    assert told == {(c, k, limb) for c, k in pairs for limb in WALKER14.limbs}
+    assert described == {(c, k, limb) for c, k in pairs for limb in WALKER14.limbs}
     assert {camera for _, camera in pairs} >= {"still", "moving"}
     assert (limbs["mirror_margin"] >= 1.0 - 1e-9).all()

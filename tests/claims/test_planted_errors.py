@@ -69,14 +69,14 @@ learn_action, build = action_model.learn_action, FourierDataset.build
 
 def made_of(figures: tuple[str, ...], folder: Path) -> dict[str, Any]:
     """Tables of figures, by the names that claims have for them."""
-    found: dict[str, Any] = {}
+    result: dict[str, Any] = {}
     for name in figures:
         experiment = compose([f"experiment={name}", *REDUCED, *SIZES.get(name, ())])
         store = Store(folder)
-        inputs = FigureInputs(experiment, *(kept.value for kept in chain.run(experiment, store)))
+        inputs = FigureInputs(experiment, *(retained.value for retained in chain.run(experiment, store)))
         tables = {**experiment.figure.tables(inputs), **populations.tables(experiment, store)}
-        found |= {name if key == "table" else f"{name}/{key}": table for key, table in tables.items()}
-    return found
+        result |= {name if key == "table" else f"{name}/{key}": table for key, table in tables.items()}
+    return result
 
 
 def with_the_people_of(made: Path, folder: Path) -> Path:
@@ -85,8 +85,8 @@ def with_the_people_of(made: Path, folder: Path) -> Path:
     They are drawn, and their walks represented, without any function in whose place an error is put.
     """
     for stage in ("ingest", "population"):
-        for kept in (made / "cache").glob(f"{stage}-*"):
-            shutil.copytree(kept, folder / "cache" / kept.name)
+        for retained in (made / "cache").glob(f"{stage}-*"):
+            shutil.copytree(retained, folder / "cache" / retained.name)
     return folder
 
 
@@ -95,9 +95,9 @@ Answers = dict[str, tuple[Agreement, Beyond, float | None]]
 
 def answers(figures: tuple[str, ...], folder: Path) -> Answers:
     """Both answers to the claims that rest on these figures alone."""
-    made = made_of(figures, folder)
-    claims = [claim for claim in ledger._claims(figures) if set(claim.tables) <= set(made)]
-    judged = ledger.judge(claims, made, "synthetic", overridden=True, measures=MEASURES)
+    output = made_of(figures, folder)
+    claims = [claim for claim in ledger._claims(figures) if set(claim.tables) <= set(output)]
+    judged = ledger.judge(claims, output, "synthetic", overridden=True, measures=MEASURES)
     return {v.claim.name: (v.agreement, v.beyond, v.value) for v in judged}
 
 
@@ -138,8 +138,8 @@ def average_walker_for_map(
 
 
 def wrong_sign(fold: Any, sample: np.ndarray, views: np.ndarray, *, noise_variance: float | None) -> Any:
-    found = from_known_views(fold, sample, views, noise_variance=noise_variance)
-    return replace(found, missing=-found.missing, delta=found.delta + 2 * found.missing)
+    result = from_known_views(fold, sample, views, noise_variance=noise_variance)
+    return replace(result, missing=-result.missing, delta=result.delta + 2 * result.missing)
 
 
 def compared_with(found: Any, sample: np.ndarray, views: np.ndarray) -> Any:
@@ -149,16 +149,16 @@ def compared_with(found: Any, sample: np.ndarray, views: np.ndarray) -> Any:
 
 def mirrored_camera(fold: Any, sample: np.ndarray, views: np.ndarray, *, noise_variance: float | None) -> Any:
     turned = linear_model.unflatten(sample) * [-1.0, -1.0, 1.0]
-    found = from_known_views(
+    result = from_known_views(
         fold, linear_model.flatten(turned[None])[0], views, noise_variance=noise_variance
     )
-    return compared_with(found, sample, views)
+    return compared_with(result, sample, views)
 
 
 def shuffled_views(fold: Any, sample: np.ndarray, views: np.ndarray, *, noise_variance: float | None) -> Any:
     order = np.random.default_rng(1).permutation(len(views))
-    found = from_known_views(fold, sample, views[order], noise_variance=noise_variance)
-    return compared_with(found, sample, views)
+    result = from_known_views(fold, sample, views[order], noise_variance=noise_variance)
+    return compared_with(result, sample, views)
 
 
 def shuffled_images(fold: Any, observed: np.ndarray, **options: Any) -> Any:
@@ -166,9 +166,9 @@ def shuffled_images(fold: Any, observed: np.ndarray, **options: Any) -> Any:
 
 
 def knows_everybody(self: Eigenwalkers, walker: int) -> Any:
-    kept = self.kept
+    retained = self.kept
     return linear_model.LinearModel(
-        self.mean, self.components[:kept], self.eigenvalues[:kept], self.total_variance, 1.0
+        self.mean, self.components[:retained], self.eigenvalues[:retained], self.total_variance, 1.0
     )
 
 
@@ -243,16 +243,16 @@ def changed(
     power: Callable[[np.ndarray], np.ndarray],
 ) -> FourierSamples:
     """Samples with the coefficients (5, 15, 3) and covariances (15, 3, 3) of some walkers changed."""
-    made = {}
+    output = {}
     for name, change in (
         ("coefficients", series),
         ("residual_covariance", power),
         ("temporal_covariance", power),
     ):
-        made[name] = getattr(data, name).copy()
+        output[name] = getattr(data, name).copy()
         for r in np.flatnonzero(those):
-            made[name][r] = change(made[name][r])
-    return replace(data, **made)
+            output[name][r] = change(output[name][r])
+    return replace(data, **output)
 
 
 def eight_per_cent_small(data: FourierSamples) -> FourierSamples:
@@ -272,13 +272,15 @@ def half_the_frequency(data: FourierSamples) -> FourierSamples:
 
 def heading_spread(data: FourierSamples) -> FourierSamples:
     turns = np.radians(5.0) * np.random.default_rng(1).standard_normal(len(data.clip))
-    made = data
+    output = data
     for r, turn in enumerate(turns):
         about = np.array(
             [[np.cos(turn), -np.sin(turn), 0.0], [np.sin(turn), np.cos(turn), 0.0], [0.0, 0.0, 1.0]]
         )
-        made = changed(made, np.arange(len(turns)) == r, partial(turned, about), partial(turned_twice, about))
-    return made
+        output = changed(
+            output, np.arange(len(turns)) == r, partial(turned, about), partial(turned_twice, about)
+        )
+    return output
 
 
 def turned(about: np.ndarray, part: np.ndarray) -> np.ndarray:
@@ -362,12 +364,12 @@ def test_an_error_takes_a_good_verdict_away_and_earns_none(
     name: str, clean: Answers, made: Path, tmp_path: Path
 ) -> None:
     with planted(name) as figures:
-        found = answers(figures, with_the_people_of(made, tmp_path))
-    before = {claim: clean[claim] for claim in found if claim in clean}
-    gone, won = lost(before, found), earned(before, found)
+        result = answers(figures, with_the_people_of(made, tmp_path))
+    before = {claim: clean[claim] for claim in result if claim in clean}
+    gone, won = lost(before, result), earned(before, result)
     print(f"\n{name}: {len(gone)} taken away, {len(won)} earned")
     for claim in (*gone, *won):
-        print(f"  {claim}: {before[claim]} -> {found[claim]}")
+        print(f"  {claim}: {before[claim]} -> {result[claim]}")
     assert gone
     assert not won
 
@@ -376,8 +378,8 @@ def test_a_phase_zero_shifted_alike_for_all_moves_nothing(clean: Answers, made: 
     figures, (owner, attribute, error) = of_walkers(phase_zero_shifted)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(owner, attribute, error)
-        found = answers(figures, with_the_people_of(made, tmp_path))
-    for claim, (agreement, beyond, value) in found.items():
+        result = answers(figures, with_the_people_of(made, tmp_path))
+    for claim, (agreement, beyond, value) in result.items():
         before = clean[claim]
         assert (agreement, beyond) == before[:2], claim
         if value is not None:

@@ -84,13 +84,13 @@ def test_help_waits_for_no_library() -> None:
 
 
 def test_help_names_every_figure_command_and_exit_status(say: Callable) -> None:
-    said = say("--help")
-    assert said.status == 0
-    assert said.out == say().out == say("-h").out == say("help").out
+    message = say("--help")
+    assert message.status == 0
+    assert message.out == say().out == say("-h").out == say("help").out
     for word in (*presets(), *commands(), "-m", "Exit status"):
-        assert word in said.out
-    assert "{figures}" not in said.out
-    assert max(map(len, said.out.splitlines())) <= 120
+        assert word in message.out
+    assert "{figures}" not in message.out
+    assert max(map(len, message.out.splitlines())) <= 120
 
 
 def test_help_on_a_terminal_that_knows_only_ascii() -> None:
@@ -125,10 +125,10 @@ def test_help_on_a_terminal_that_knows_only_ascii() -> None:
 def test_a_wrong_command_is_answered_in_one_sentence(
     say: Callable, arguments: list[str], words: list[str]
 ) -> None:
-    said = say(*arguments)
-    assert said.status == 1
-    assert said.result == ""
-    assert_one_sentence(said.err, *words)
+    message = say(*arguments)
+    assert message.status == 1
+    assert message.result == ""
+    assert_one_sentence(message.err, *words)
 
 
 @pytest.mark.parametrize(
@@ -142,16 +142,16 @@ def test_a_wrong_command_is_answered_in_one_sentence(
 def test_what_cannot_be_viewed_is_said_in_one_sentence(
     say: Callable, arguments: list[str], words: str
 ) -> None:
-    said = say("view", *arguments)
-    assert (said.status, said.result) == (1, "")
-    assert_one_sentence(said.err, words)
+    message = say("view", *arguments)
+    assert (message.status, message.result) == (1, "")
+    assert_one_sentence(message.err, words)
 
 
 def test_the_equations_are_printed_with_their_homes(say: Callable) -> None:
-    said = say("equations", "zhang2007")
-    assert said.status == 0
-    assert "(3.15)" in said.out
-    assert "pipeline/core/reconstruction/known_view.py:" in said.out
+    message = say("equations", "zhang2007")
+    assert message.status == 0
+    assert "(3.15)" in message.out
+    assert "pipeline/core/reconstruction/known_view.py:" in message.out
 
 
 @pytest.mark.parametrize(
@@ -212,11 +212,11 @@ def test_options_that_cannot_work_end_in_one_sentence(
     words: list[str],
 ) -> None:
     monkeypatch.delenv("MOCAP_MIRROR", raising=False)
-    said = say(f"experiment={figure}", "scale=smoke", f"results={smoke_cache}", *override.split())
-    assert said.status == 1
-    assert said.result == ""
+    message = say(f"experiment={figure}", "scale=smoke", f"results={smoke_cache}", *override.split())
+    assert message.status == 1
+    assert message.result == ""
     # A choice that is none is found when options are composed, before there is a figure.
-    assert_one_sentence(said.err, *words, *([] if "Invalid value" in said.err else [figure]))
+    assert_one_sentence(message.err, *words, *([] if "Invalid value" in message.err else [figure]))
     assert leftovers(smoke_cache) == []
 
 
@@ -227,8 +227,8 @@ def test_options_that_cannot_work_end_in_one_sentence(
 def test_a_broken_step_suits_a_table_and_not_a_recording(
     say: Callable, smoke_cache: Path, figure: str, override: str
 ) -> None:
-    said = say(f"experiment={figure}", "scale=smoke", f"results={smoke_cache}", override)
-    assert_one_sentence(said.err, "whole numbers", "figure.recording=false")
+    message = say(f"experiment={figure}", "scale=smoke", f"results={smoke_cache}", override)
+    assert_one_sentence(message.err, "whole numbers", "figure.recording=false")
     assert say(f"experiment={figure}", *QUICK, f"results={smoke_cache}", override).status == 0
 
 
@@ -243,8 +243,8 @@ def test_a_broken_step_suits_a_table_and_not_a_recording(
 def test_one_view_and_one_step_make_a_figure(
     say: Callable, smoke_cache: Path, figure: str, override: str
 ) -> None:
-    said = say(f"experiment={figure}", "scale=smoke", f"results={smoke_cache}", override)
-    assert (said.status, said.err) == (0, "")
+    message = say(f"experiment={figure}", "scale=smoke", f"results={smoke_cache}", override)
+    assert (message.status, message.err) == (0, "")
 
 
 def test_clips_of_two_kinds_are_refused_beside_each_other(say: Callable, tmp_path: Path) -> None:
@@ -252,8 +252,8 @@ def test_clips_of_two_kinds_are_refused_beside_each_other(say: Callable, tmp_pat
         ("zhang2007_fig2", "data.marker_noise_mm=1e9", "walks"),
         ("mozerov2006_fig1", "data.performances.limit=1", "performances"),
     ):
-        said = say(f"experiment={figure}", *QUICK, f"results={tmp_path}", change)
-        assert_one_sentence(said.err, f"every reason is in {tmp_path}/synthetic/smoke/refused_{kind}.csv")
+        message = say(f"experiment={figure}", *QUICK, f"results={tmp_path}", change)
+        assert_one_sentence(message.err, f"every reason is in {tmp_path}/synthetic/smoke/refused_{kind}.csv")
 
 
 ANATOMICAL = [f"zhang2007_{name}" for name in ("author", "coverage", "occlusion", "sources", "structure")]
@@ -263,9 +263,9 @@ ANATOMICAL = [f"zhang2007_{name}" for name in ("author", "coverage", "occlusion"
 def test_three_walkers_are_too_few_for_the_anatomical_prior(
     say: Callable, smoke_cache: Path, figure: str
 ) -> None:
-    said = say(f"experiment={figure}", *QUICK, f"results={smoke_cache}", "data.walkers=3")
-    assert said.status == 1
-    assert_one_sentence(said.err, "found 3")
+    message = say(f"experiment={figure}", *QUICK, f"results={smoke_cache}", "data.walkers=3")
+    assert message.status == 1
+    assert_one_sentence(message.err, "found 3")
 
 
 @pytest.mark.parametrize(
@@ -274,26 +274,28 @@ def test_three_walkers_are_too_few_for_the_anatomical_prior(
 def test_three_walkers_make_every_figure_and_it_is_said_that_components_are_fewer(
     say: Callable, smoke_cache: Path, figure: str
 ) -> None:
-    said = say(f"experiment={figure}", *QUICK, f"results={smoke_cache}", "data.walkers=3")
-    assert (said.status, said.err) == (0, "")
-    asked = 28 if "2004" in figure else 30
-    assert f"1 eigenwalkers instead of {asked}: leave-one-out has only 2 people to learn from" in said.out
+    message = say(f"experiment={figure}", *QUICK, f"results={smoke_cache}", "data.walkers=3")
+    assert (message.status, message.err) == (0, "")
+    requested = 28 if "2004" in figure else 30
+    assert (
+        f"1 eigenwalkers instead of {requested}: leave-one-out has only 2 people to learn from" in message.out
+    )
 
 
 def test_one_refused_figure_does_not_stop_the_others(say: Callable, smoke_cache: Path) -> None:
-    said = say(
+    message = say(
         "figures", "experiment=zhang2007_fig5,zhang2007_fig2", *QUICK, f"results={smoke_cache}", "workers=1",
         "data.walkers=3", "model.components=0",
     )  # fmt: skip
-    assert said.status == 1
+    assert message.status == 1
     assert_one_sentence(
-        said.err, "not made (zhang2007_fig5, zhang2007_fig2)", "model.components must be at least 1"
+        message.err, "not made (zhang2007_fig5, zhang2007_fig2)", "model.components must be at least 1"
     )
-    said = say(
+    message = say(
         "figures", "experiment=zhang2007_fig3,zhang2007_fig2", *QUICK, f"results={smoke_cache}", "figure.picture=false",
         "dataset.size=stature",
     )  # fmt: skip
-    assert said.status == 0
+    assert message.status == 0
 
 
 @pytest.fixture(scope="session")
@@ -353,9 +355,9 @@ def test_a_file_name_that_is_a_formula_is_none_in_the_table_of_refused_clips(
     folder.mkdir()
     name = "=HYPERLINK(1;2)_1.csv"
     csv.write(folder / name, WALKER15.joints, np.repeat(people.positions_mm[0][:1], 300, axis=0), RATE_HZ)
-    said = say(*of_folder(folder, tmp_path / "results"))
+    message = say(*of_folder(folder, tmp_path / "results"))
     path = tmp_path / "results" / "folder_walks" / "smoke" / "refused_walks.csv"
-    assert_one_sentence(said.err, f"every reason is in {path}")
+    assert_one_sentence(message.err, f"every reason is in {path}")
     cells = path.read_text("utf-8").replace("\n", ",").split(",")
     assert f"'{name}" in cells
     assert name not in cells
@@ -363,8 +365,8 @@ def test_a_file_name_that_is_a_formula_is_none_in_the_table_of_refused_clips(
 
 
 def test_a_folder_of_walks_is_enough(say: Callable, walks: Path, tmp_path: Path) -> None:
-    said = say(*of_folder(walks, tmp_path / "results"))
-    assert (said.status, said.err) == (0, "")
+    message = say(*of_folder(walks, tmp_path / "results"))
+    assert (message.status, message.err) == (0, "")
     report = ingest_report(tmp_path / "results")
     assert {row["verdict"] for row in report.values()} == {"kept"}
     assert {name: row["person"] for name, row in report.items()} == {
@@ -380,9 +382,12 @@ def metres(people: WalkingPopulation, folder: Path) -> None:
 
 
 def missing_joint(people: WalkingPopulation, folder: Path) -> None:
-    kept = [j for j, name in enumerate(WALKER15.joints) if name != "left_knee"]
+    retained = [j for j, name in enumerate(WALKER15.joints) if name != "left_knee"]
     trc.write(
-        folder / "bad_1.trc", [WALKER15.joints[j] for j in kept], overground(people, 7)[:, kept], RATE_HZ
+        folder / "bad_1.trc",
+        [WALKER15.joints[j] for j in retained],
+        overground(people, 7)[:, retained],
+        RATE_HZ,
     )
 
 
@@ -456,9 +461,9 @@ def test_one_bad_clip_among_good_ones_is_listed_with_its_reason(
     say: Callable, walks: Path, tmp_path: Path, people: WalkingPopulation, write: Callable, words: str
 ) -> None:
     write(people, walks)
-    said = say(*of_folder(walks, tmp_path / "results"))
-    assert (said.status, said.err) == (0, "")
-    assert "1 of 5 clips are rejected; table_ingest.csv has the reasons" in said.out
+    message = say(*of_folder(walks, tmp_path / "results"))
+    assert (message.status, message.err) == (0, "")
+    assert "1 of 5 clips are rejected; table_ingest.csv has the reasons" in message.out
     report = ingest_report(tmp_path / "results")
     (bad,) = [row for name, row in report.items() if name.startswith("bad_1")]
     assert bad["verdict"] == "refused"
@@ -482,8 +487,8 @@ def test_an_odd_clip_is_used_and_what_was_decided_is_listed(
     words: str,
 ) -> None:
     write(people, walks)
-    said = say(*of_folder(walks, tmp_path / "results"))
-    assert (said.status, said.err) == (0, "")
+    message = say(*of_folder(walks, tmp_path / "results"))
+    assert (message.status, message.err) == (0, "")
     (odd,) = [row for name, row in ingest_report(tmp_path / "results").items() if name.startswith("bad_1")]
     assert odd["verdict"] == "kept"
     assert words in odd[column]
@@ -494,9 +499,9 @@ def test_a_walk_far_slower_than_the_others_is_kept_and_said(
 ) -> None:
     # Its frequency is right for what the file says, so only a person can know that the rate is wrong.
     half_the_rate(people, walks)
-    said = say(*of_folder(walks, tmp_path / "results"))
-    assert (said.status, said.err) == (0, "")
-    assert "bad_1.trc is slower than the others" in said.out
+    message = say(*of_folder(walks, tmp_path / "results"))
+    assert (message.status, message.err) == (0, "")
+    assert "bad_1.trc is slower than the others" in message.out
     (bad,) = [row for name, row in ingest_report(tmp_path / "results").items() if name == "bad_1.trc"]
     assert bad["verdict"] == "kept"
     assert "slower than the others" in bad["reason"]
@@ -509,9 +514,9 @@ def test_nothing_but_bad_clips_is_refused_with_reasons(
     folder.mkdir()
     standing(people, folder)
     truncated_c3d(people, folder)
-    said = say(*of_folder(folder, tmp_path / "results"))
-    assert (said.status, said.result) == (1, "")
-    assert_one_sentence(said.err, "none of the 2 clips", "no steady walking", "truncated")
+    message = say(*of_folder(folder, tmp_path / "results"))
+    assert (message.status, message.result) == (1, "")
+    assert_one_sentence(message.err, "none of the 2 clips", "no steady walking", "truncated")
     assert leftovers(tmp_path) == []
 
 
@@ -542,8 +547,8 @@ def test_metres_that_are_said_to_be_metres_are_read(
 ) -> None:
     metres(people, walks)
     overrides = ["data.pattern=bad*", "data.units=m", "data.walkers=0"]
-    said = say(*of_folder(walks, tmp_path / "results", *overrides))
-    assert_one_sentence(said.err, "three walkers", "found 1")  # it was kept: there is only one
+    message = say(*of_folder(walks, tmp_path / "results", *overrides))
+    assert_one_sentence(message.err, "three walkers", "found 1")  # it was kept: there is only one
 
 
 @pytest.mark.parametrize(
@@ -570,9 +575,9 @@ def test_a_folder_without_walks_is_refused(
     say: Callable, tmp_path: Path, make: Callable, overrides: list[str], words: list[str]
 ) -> None:
     make(tmp_path / "walks")
-    said = say(*of_folder(tmp_path / "walks", tmp_path / "results", *overrides))
-    assert (said.status, said.result) == (1, "")
-    assert_one_sentence(said.err, *words)
+    message = say(*of_folder(tmp_path / "walks", tmp_path / "results", *overrides))
+    assert (message.status, message.result) == (1, "")
+    assert_one_sentence(message.err, *words)
     assert leftovers(tmp_path) == []
 
 
@@ -587,15 +592,15 @@ def test_a_file_that_may_not_be_read_is_named(
         return read(path)
 
     monkeypatch.setattr(Path, "read_bytes", forbidden)
-    said = say(*of_folder(walks, tmp_path / "results"))
-    assert said.status == 1
-    assert_one_sentence(said.err, "anna_1.trc", "Permission denied")
+    message = say(*of_folder(walks, tmp_path / "results"))
+    assert message.status == 1
+    assert_one_sentence(message.err, "anna_1.trc", "Permission denied")
 
 
 def test_a_person_is_what_the_expression_finds(say: Callable, walks: Path, tmp_path: Path) -> None:
     """A group that takes no part names nobody: then each file is a person."""
-    said = say(*of_folder(walks, tmp_path / "results", "data.person='(anna)?(bela)?'"))
-    assert said.status == 0
+    message = say(*of_folder(walks, tmp_path / "results", "data.person='(anna)?(bela)?'"))
+    assert message.status == 0
     people = {row["person"] for row in ingest_report(tmp_path / "results").values()}
     assert people == {"anna", "bela_1", "cleo_1", "dora_1"}
 
@@ -603,15 +608,15 @@ def test_a_person_is_what_the_expression_finds(say: Callable, walks: Path, tmp_p
 def test_a_listed_recording_that_is_not_here_is_listed_as_such(
     say: Callable, walks: Path, tmp_path: Path
 ) -> None:
-    said = say(
+    message = say(
         "experiment=zhang2007_fig2", *QUICK, f"results={tmp_path / 'results'}", "data=cmu", "data.sources=[mine]",
         f"data.table={sources(tmp_path, walks, 'gone_1.trc')}", f"data.raw={walks}", "data.mirror=",
         "data.skeletons=[walker15]",
     )  # fmt: skip
-    assert (said.status, said.err) == (0, "")
+    assert (message.status, message.err) == (0, "")
     report = ingest_report(tmp_path / "results")
     assert "not on this machine" in report["gone_1"]["reason"]
-    assert "1 of 5 clips are rejected" in said.out
+    assert "1 of 5 clips are rejected" in message.out
 
 
 @pytest.mark.parametrize("place", ["data.raw", "data.mirror"])
@@ -623,12 +628,12 @@ def test_a_listed_recording_that_was_changed_is_refused_and_the_others_are_used(
     changed.write_bytes(content[:-3] + bytes([content[-3] ^ 1]) + content[-2:])
     assert changed.stat().st_size == len(content)
     folders = {"data.raw": tmp_path / "none", "data.mirror": tmp_path / "none"} | {place: walks}
-    said = say(
+    message = say(
         "experiment=zhang2007_fig2", *QUICK, f"results={tmp_path / 'results'}", "data=cmu", "data.sources=[mine]",
         f"data.table={table}", *(f"{option}={folder}" for option, folder in folders.items()),
         "data.skeletons=[walker15]",
     )  # fmt: skip
-    assert (said.status, said.err) == (0, "")
+    assert (message.status, message.err) == (0, "")
     report = ingest_report(tmp_path / "results")
     assert {name: row["verdict"] for name, row in report.items()} == {
         "anna_1": "kept", "bela_1": "refused", "cleo_1": "kept", "dora_1": "kept"
@@ -637,7 +642,7 @@ def test_a_listed_recording_that_was_changed_is_refused_and_the_others_are_used(
         "bela_1.csv: the file is not the recording that the table lists"
     )
     assert f"expected sha256 {hashlib.sha256(content).hexdigest()[:12]}…" in report["bela_1"]["reason"]
-    assert "1 of 4 clips are rejected" in said.out
+    assert "1 of 4 clips are rejected" in message.out
 
 
 def sources(folder: Path, walks: Path, *gone: str) -> Path:
@@ -690,12 +695,12 @@ def assert_unharmed(thesis: Path) -> None:
 def test_a_name_that_is_a_path_is_refused_before_anything_is_computed(
     say: Callable, tmp_path: Path, thesis: Path, option: str, value: str
 ) -> None:
-    said = say(
+    message = say(
         "experiment=zhang2007_fig2", *QUICK, f"results={tmp_path / 'results'}",
         f"{option}={value.format(thesis=thesis)}",
     )  # fmt: skip
-    assert (said.status, said.result) == (1, "")
-    assert_one_sentence(said.err, f"{option} must be a plain name, not a path")
+    assert (message.status, message.result) == (1, "")
+    assert_one_sentence(message.err, f"{option} must be a plain name, not a path")
     assert_unharmed(thesis)
     assert not (tmp_path / "results").exists()
 
@@ -703,9 +708,9 @@ def test_a_name_that_is_a_path_is_refused_before_anything_is_computed(
 def test_the_name_of_the_users_own_data_is_no_path_either(
     say: Callable, walks: Path, tmp_path: Path, thesis: Path
 ) -> None:
-    said = say(*of_folder(walks, tmp_path / "results", "data.name=../thesis"))
-    assert (said.status, said.result) == (1, "")
-    assert_one_sentence(said.err, "data.name must be a plain name")
+    message = say(*of_folder(walks, tmp_path / "results", "data.name=../thesis"))
+    assert (message.status, message.result) == (1, "")
+    assert_one_sentence(message.err, "data.name must be a plain name")
     assert_unharmed(thesis)
 
 
@@ -713,9 +718,9 @@ def test_the_users_own_data_do_not_take_the_place_of_another_data_set(
     say: Callable, walks: Path, tmp_path: Path
 ) -> None:
     for name in ("synthetic", "optical"):
-        said = say(*of_folder(walks, tmp_path / "results", f"data.name={name}"))
-        assert (said.status, said.result) == (1, "")
-        assert_one_sentence(said.err, f"data.name must not be that of another data set (got {name})")
+        message = say(*of_folder(walks, tmp_path / "results", f"data.name={name}"))
+        assert (message.status, message.result) == (1, "")
+        assert_one_sentence(message.err, f"data.name must not be that of another data set (got {name})")
     assert not (tmp_path / "results").exists()
 
 
@@ -726,10 +731,10 @@ def test_a_folder_that_was_not_published_is_not_replaced(
     destination.parent.mkdir(parents=True)
     thesis.rename(destination)
     monkeypatch.setattr("pipeline.synthetic.walkers.walking_population", _not_called)
-    said = say("experiment=zhang2007_fig2", "scale=smoke", f"results={tmp_path / 'results'}")
-    assert (said.status, said.result) == (1, "")
+    message = say("experiment=zhang2007_fig2", "scale=smoke", f"results={tmp_path / 'results'}")
+    assert (message.status, message.result) == (1, "")
     assert_one_sentence(
-        said.err, str(destination), "this program did not publish it", "manifest.json is missing"
+        message.err, str(destination), "this program did not publish it", "manifest.json is missing"
     )
     assert_unharmed(destination)
 
@@ -756,9 +761,9 @@ def test_claims_of_an_edited_table_are_refused_and_the_file_is_named(say: Callab
     frame = pd.read_csv(table)
     frame.assign(eigenvalue_mm2=0.7 * frame["eigenvalue_mm2"]).to_csv(table, index=False)
     for command in (["claims", figure], ["archive"]):
-        said = say(*command, *arguments)
-        assert (said.status, said.result) == (1, "")
-        assert_one_sentence(said.err, str(table), "changed after it was published")
+        message = say(*command, *arguments)
+        assert (message.status, message.result) == (1, "")
+        assert_one_sentence(message.err, str(table), "changed after it was published")
 
 
 # --- disks ------------------------------------------------------------------------------------------------
@@ -766,9 +771,9 @@ def test_claims_of_an_edited_table_are_refused_and_the_file_is_named(say: Callab
 
 def test_a_file_in_the_place_of_the_results_folder(say: Callable, tmp_path: Path) -> None:
     (tmp_path / "results").write_text("mine")
-    said = say("experiment=zhang2007_fig2", *QUICK, f"results={tmp_path / 'results'}")
-    assert (said.status, said.result) == (1, "")
-    assert_one_sentence(said.err, "cannot write results")
+    message = say("experiment=zhang2007_fig2", *QUICK, f"results={tmp_path / 'results'}")
+    assert (message.status, message.result) == (1, "")
+    assert_one_sentence(message.err, "cannot write results")
     assert (tmp_path / "results").read_text() == "mine"
 
 
@@ -777,11 +782,11 @@ def test_a_results_folder_that_may_not_be_written(say: Callable, tmp_path: Path)
         pytest.skip("root may write everywhere")
     tmp_path.chmod(0o500)
     try:
-        said = say("experiment=zhang2007_fig2", *QUICK, f"results={tmp_path / 'results'}")
+        message = say("experiment=zhang2007_fig2", *QUICK, f"results={tmp_path / 'results'}")
     finally:
         tmp_path.chmod(0o700)
-    assert said.status == 1
-    assert_one_sentence(said.err, "cannot write results", "ermission")
+    assert message.status == 1
+    assert_one_sentence(message.err, "cannot write results", "ermission")
 
 
 def test_a_read_only_results_folder_is_noticed_before_the_work(
@@ -789,9 +794,9 @@ def test_a_read_only_results_folder_is_noticed_before_the_work(
 ) -> None:
     monkeypatch.setattr(store.os, "access", lambda path, mode: False)
     monkeypatch.setattr("pipeline.synthetic.walkers.walking_population", _not_called)
-    said = say("experiment=zhang2007_fig2", *QUICK, f"results={tmp_path}")
-    assert said.status == 1
-    assert_one_sentence(said.err, "cannot write results", "Permission denied")
+    message = say("experiment=zhang2007_fig2", *QUICK, f"results={tmp_path}")
+    assert message.status == 1
+    assert_one_sentence(message.err, "cannot write results", "Permission denied")
 
 
 def _not_called(*arguments: object, **options: object) -> None:
@@ -812,9 +817,9 @@ def test_a_full_disk_leaves_nothing_half_written_and_the_next_run_picks_up(
 
     with monkeypatch.context() as patch:
         patch.setattr(Path, "open", full)
-        said = say(*arguments)
-    assert (said.status, said.result) == (1, "")
-    assert_one_sentence(said.err, "cannot write results", "No space left on device")
+        message = say(*arguments)
+    assert (message.status, message.result) == (1, "")
+    assert_one_sentence(message.err, "cannot write results", "No space left on device")
     assert leftovers(tmp_path) == []
     assert list(tmp_path.glob("scratch/*/*/*")) == []
     assert say(*arguments).status == 0
@@ -894,12 +899,12 @@ def test_ctrl_c_in_the_middle_ends_in_one_sentence_and_keeps_what_was_finished(
     assert_one_sentence(err, "interrupted", "continues from there")
     assert leftovers(tmp_path) == []
     assert list(tmp_path.glob("scratch/*/*")) == []
-    kept = sorted(path.name.split("-")[0] for path in (tmp_path / "cache").iterdir())
-    assert kept == ["dataset", "ingest", "model"]
+    names = sorted(path.name.split("-")[0] for path in (tmp_path / "cache").iterdir())
+    assert names == ["dataset", "ingest", "model"]
     assert all(is_complete(path) for path in (tmp_path / "cache").iterdir())
-    said = say(*arguments)
-    assert said.status == 0
-    assert "ingest dataset model " in said.out, "the next run goes on from there"
+    message = say(*arguments)
+    assert message.status == 0
+    assert "ingest dataset model " in message.out, "the next run goes on from there"
 
 
 @pytest.mark.thorough
@@ -915,9 +920,9 @@ def test_a_run_that_was_killed_while_it_published_resumes(say: Callable, tmp_pat
     assert [path.name for path in scratch.iterdir()] == leftovers(scratch)
     sealed_folders.remove_stale(scratch)
     assert leftovers(tmp_path) == []
-    said = say(*arguments)
-    assert said.status == 0
-    assert "ingest dataset model sweep" in said.out
+    message = say(*arguments)
+    assert message.status == 0
+    assert "ingest dataset model sweep" in message.out
 
 
 def test_ctrl_c_while_options_are_read_is_no_traceback(
@@ -927,9 +932,9 @@ def test_ctrl_c_while_options_are_read_is_no_traceback(
         raise KeyboardInterrupt
 
     monkeypatch.setattr("pipeline.cli.compose.compose", ctrl_c)
-    said = say("figures")
-    assert said.status == 130
-    assert_one_sentence(said.err, "interrupted")
+    message = say("figures")
+    assert message.status == 130
+    assert_one_sentence(message.err, "interrupted")
 
 
 @pytest.mark.thorough
@@ -951,10 +956,10 @@ def test_figures_that_are_all_current_are_not_made_again(
     monkeypatch.setattr("pipeline.cli.compose.built_figures", lambda: both)
     sweep = ("figures", "data=synthetic", "scale=smoke", f"results={tmp_path}")
     assert say(*sweep).status == 0
-    made = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("manifest.json")}
+    output = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("manifest.json")}
     again = say(*sweep)
     assert (again.status, "2 figures are current" in again.out) == (0, True)
-    assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("manifest.json")} == made
+    assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("manifest.json")} == output
     shutil.rmtree(tmp_path / "synthetic" / "smoke" / both[0])
     assert "figures are current" not in say(*sweep).out
     assert (tmp_path / "synthetic" / "smoke" / both[0] / "manifest.json").is_file()
@@ -964,12 +969,12 @@ def test_what_a_data_set_has_nothing_for_is_left_out_and_said(
     say: Callable, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("pipeline.cli.compose.built_figures", lambda: ["mozerov2006_fig1", "zhang2007_fig5"])
-    said = say("figures", "data=hdm05", "data.raw=nowhere", "data.mirror=", f"results={tmp_path}")
-    assert said.status == 1, "none of its recordings is on this machine"
-    assert "Left out: " in said.out
-    assert "zhang2007_fig5" in said.out
-    assert "holds no walks" in said.out
-    assert_one_sentence(said.err, "none of the 32 recordings", "make data")
+    message = say("figures", "data=hdm05", "data.raw=nowhere", "data.mirror=", f"results={tmp_path}")
+    assert message.status == 1, "none of its recordings is on this machine"
+    assert "Left out: " in message.out
+    assert "zhang2007_fig5" in message.out
+    assert "holds no walks" in message.out
+    assert_one_sentence(message.err, "none of the 32 recordings", "make data")
     chosen = say("figures", "data=hdm05", "experiment=zhang2007_fig5", f"results={tmp_path}")
     assert chosen.status == 1
     assert_one_sentence(chosen.err, "zhang2007_fig5", "holds no walks")
@@ -1017,35 +1022,35 @@ def test_variants_by_every_launcher(launcher: str, tmp_path: Path) -> None:
 
 def test_a_refused_variant_ends_non_zero_and_the_others_are_made(say: Callable, tmp_path: Path) -> None:
     variants = tmp_path / "variants"
-    said = say(
+    message = say(
         "-m", "experiment=zhang2007_fig2", *QUICK, f"results={tmp_path / 'results'}",
         f"hydra.sweep.dir={variants}", "model.components=0,5",
     )  # fmt: skip
-    assert said.status == 1
-    assert "Traceback" not in said.err
-    assert "model.components=0," in said.err.splitlines()[-1]
-    assert "model.components must be at least 1 (got 0)" in said.err
-    (made,) = variants.glob("*/*/table.csv")
-    assert made.parts[-3].startswith("1_")
-    assert "model.components=5," in made.parts[-3]
+    assert message.status == 1
+    assert "Traceback" not in message.err
+    assert "model.components=0," in message.err.splitlines()[-1]
+    assert "model.components must be at least 1 (got 0)" in message.err
+    (output,) = variants.glob("*/*/table.csv")
+    assert output.parts[-3].startswith("1_")
+    assert "model.components=5," in output.parts[-3]
 
 
 def test_variants_go_below_the_results_folder_that_is_named(say: Callable, tmp_path: Path) -> None:
     both = ("data.walkers=3,4", "--multirun")  # behind the overrides, as Hydra's own users type it
-    said = say("experiment=zhang2007_fig2", *QUICK, f"results={tmp_path}", *both)
-    assert (said.status, said.err) == (0, "")
-    found = sorted(path.parts[-3] for path in tmp_path.glob("scratch/*/*/zhang2007_fig2/table.csv"))
-    assert [name.split(",")[0] for name in found] == ["0_data.walkers=3", "1_data.walkers=4"]
+    message = say("experiment=zhang2007_fig2", *QUICK, f"results={tmp_path}", *both)
+    assert (message.status, message.err) == (0, "")
+    names = sorted(path.parts[-3] for path in tmp_path.glob("scratch/*/*/zhang2007_fig2/table.csv"))
+    assert [name.split(",")[0] for name in names] == ["0_data.walkers=3", "1_data.walkers=4"]
 
 
 def test_a_run_leaves_nothing_in_the_folder_it_is_started_from(
     say: Callable, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    here = tmp_path / "here"
-    here.mkdir()
-    monkeypatch.chdir(here)
+    start = tmp_path / "here"
+    start.mkdir()
+    monkeypatch.chdir(start)
     assert say("experiment=zhang2007_fig2", *QUICK, f"results={tmp_path / 'results'}").status == 0
-    assert list(here.iterdir()) == []
+    assert list(start.iterdir()) == []
 
 
 def test_a_preset_goes_to_its_own_folder_and_anything_else_to_scratch(say: Callable, tmp_path: Path) -> None:
@@ -1065,18 +1070,18 @@ def test_a_refusal_survives_the_way_back_from_another_process() -> None:
 
 
 def test_help_of_reconstruct_names_every_option_and_no_other(say: Callable) -> None:
-    told = say("reconstruct", "--help").out
-    named = set(re.findall(r"\b((?:(?:input|output)\.)?[a-z_]+)=", told))
+    described = say("reconstruct", "--help").out
+    named = set(re.findall(r"\b((?:(?:input|output)\.)?[a-z_]+)=", described))
     options = Reconstruct()
-    asked = {f"{group}.{name}" for group in ("input", "output") for name in vars(getattr(options, group))}
-    assert named == (asked - {"input.path"}) | {"model_folder"}
+    requested = {f"{group}.{name}" for group in ("input", "output") for name in vars(getattr(options, group))}
+    assert named == (requested - {"input.path"}) | {"model_folder"}
     assert filled(
         Reconstruct, ["input.least_confidence=.3", "output.formats=[c3d,csv]", "input.labels=as_given"]
     )
 
 
 def test_an_option_without_its_group_is_named_with_it(say: Callable) -> None:
-    said = say("reconstruct", "frame_rate_hz=25")
-    assert (said.status, said.err) == (
+    message = say("reconstruct", "frame_rate_hz=25")
+    assert (message.status, message.err) == (
         1, "frame_rate_hz: there is no such option (expected input.frame_rate_hz)\n"
     )  # fmt: skip

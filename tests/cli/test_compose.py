@@ -117,7 +117,7 @@ def test_a_slip_is_refused_and_its_option_named(slip: str, code: str, where: str
 def test_figures_are_composed_in_the_papers_order_with_the_same_overrides() -> None:
     assert sorted(built_figures()) == presets()
     first, second = compose_figures(["zhang2007_fig5", "mozerov2006_fig1"], ["data=hdm05", "seed=3"])
-    assert [one.name for one in (first, second)] == ["zhang2007_fig5", "mozerov2006_fig1"]
+    assert [single.name for single in (first, second)] == ["zhang2007_fig5", "mozerov2006_fig1"]
     assert (first.seed, second.seed) == (3, 3)
     assert "has no walks" in reason_without_clips(first)
     assert reason_without_clips(second) == ""

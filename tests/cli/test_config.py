@@ -52,15 +52,15 @@ def _check_types(value: Any, path: str = "config") -> None:
     """Every dataclass field holds what its annotation says."""
     hints = get_type_hints(type(value))
     for field in dataclasses.fields(value):
-        held, hint = getattr(value, field.name), hints[field.name]
+        fixed, hint = getattr(value, field.name), hints[field.name]
         where = f"{path}.{field.name}"
-        if dataclasses.is_dataclass(held):
-            assert isinstance(held, hint), where
-            _check_types(held, where)
+        if dataclasses.is_dataclass(fixed):
+            assert isinstance(fixed, hint), where
+            _check_types(fixed, where)
         elif hint in (int, float, str, bool):
-            assert type(held) is hint, f"{where}: {held!r} is not {hint.__name__}"
+            assert type(fixed) is hint, f"{where}: {fixed!r} is not {hint.__name__}"
         elif hint == list[str] or hint == list[float]:
-            assert all(type(item) is hint.__args__[0] for item in held), where
+            assert all(type(item) is hint.__args__[0] for item in fixed), where
 
 
 @pytest.mark.parametrize(
@@ -79,8 +79,8 @@ def test_every_preset_composes_at_every_scale_every_purpose_with_all_data(
     figure: str, scale: str, data: str
 ) -> None:
     chosen = {"scale": scale, "data": data}
-    given = [f"{group}={name}" for group, name in chosen.items() if name != DEFAULTS[group]]
-    config = composed(*given, f"experiment={figure}")
+    inputs = [f"{group}={name}" for group, name in chosen.items() if name != DEFAULTS[group]]
+    config = composed(*inputs, f"experiment={figure}")
     assert type(config) is Experiment
     assert (config.name, config.scale.name, config.data.name) == (figure, scale, data)
     assert config.paper in papers.all_papers()
@@ -158,16 +158,16 @@ def test_every_skeleton_is_a_mapping(name: str) -> None:
 
 
 def test_text_of_a_shell_needs_no_second_quotes() -> None:
-    given = [
+    inputs = [
         "data.path=/daten/müller/it's [1]",
         "data.person=^(.{4})",
         "data.pattern=**/*.c3d",
         "skeleton=auto",
     ]
-    made = compose(["experiment=zhang2007_fig2", "data=folder", *given])
-    assert isinstance(made.data, FolderData)
-    assert (made.data.path, made.data.person) == ("/daten/müller/it's [1]", "^(.{4})")
-    assert (made.data.pattern, made.skeleton.mapping) == ("**/*.c3d", "auto")
+    experiment = compose(["experiment=zhang2007_fig2", "data=folder", *inputs])
+    assert isinstance(experiment.data, FolderData)
+    assert (experiment.data.path, experiment.data.person) == ("/daten/müller/it's [1]", "^(.{4})")
+    assert (experiment.data.pattern, experiment.skeleton.mapping) == ("**/*.c3d", "auto")
     assert quoted(["data.pattern='**/*.c3d'"]) == ["data.pattern='**/*.c3d'"]
 
 

@@ -44,11 +44,11 @@ def old_archive(tmp_path: Path) -> Path:
     """An archive of 75f0dec2 with a figure that is still computed and two that went."""
     lock = tmp_path / "requirements.lock"
     lock.write_text("numpy==2.4.6\n")
-    kept = as_in_75f0dec2(canonical(compose([f"experiment={FIG5}", "seed=5"])))
+    retained = as_in_75f0dec2(canonical(compose([f"experiment={FIG5}", "seed=5"])))
     figures = [FIG5, "park2011_proofs", "zhang2007_noise"]
     for name in figures:
-        made: dict[str, Any] = {"scale": "full", "lock_sha256": digest(lock.read_bytes())}
-        plant(tmp_path / "synthetic" / "full" / name, claims=CLAIM, configuration=kept, **made)
+        output: dict[str, Any] = {"scale": "full", "lock_sha256": digest(lock.read_bytes())}
+        plant(tmp_path / "synthetic" / "full" / name, claims=CLAIM, configuration=retained, **output)
     facts: dict[str, Any] = {"date": "2026-11-26", "commit": "f" * 40, "dirty": False, "lock": lock}
     keep_light(tmp_path / "synthetic" / "full", tmp_path / "light", figures, **facts)
     return tmp_path / "light"
@@ -57,30 +57,30 @@ def old_archive(tmp_path: Path) -> Path:
 def test_an_old_archive_is_computed_again_and_figures_that_went_are_named(
     old_archive: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    asked = []
+    requested = []
 
     def make(jobs: list[tuple[Any, Path]], *, console: Any) -> list[str]:
         for experiment, folder in jobs:
-            asked.append(experiment)
+            requested.append(experiment)
             plant(folder, claims=CLAIM)
         return []
 
     monkeypatch.setattr(verify, "make_figures", make)
     assert command("verify")([str(old_archive), "rerun=1"]) == 0
-    said = capsys.readouterr().out
-    assert "park2011_proofs: no longer computed: it is a benchmark now" in said
-    assert "zhang2007_noise: no longer computed" in said
-    assert f"{FIG5}: 3 tables agree" in said
-    (one,) = asked
+    message = capsys.readouterr().out
+    assert "park2011_proofs: no longer computed: it is a benchmark now" in message
+    assert "zhang2007_noise: no longer computed" in message
+    assert f"{FIG5}: 3 tables agree" in message
+    (first,) = requested
     like = compose([f"experiment={FIG5}", "seed=5", "figure.picture=false", "figure.recording=false"])
-    assert {**vars(one), "results": ""} == {**vars(like), "results": ""}
+    assert {**vars(first), "results": ""} == {**vars(like), "results": ""}
     assert command("verify")([str(old_archive), "rerun=1", "only=park2011_proofs"]) == 0
-    assert len(asked) == 1
+    assert len(requested) == 1
 
 
 def _existing(group: str) -> set[str]:
-    known = DATA_SETS if group == "data" else registry.options(group) if group in registry.GROUPS else {}
-    return {*plugins.conf_files(group), *known}
+    finite = DATA_SETS if group == "data" else registry.options(group) if group in registry.GROUPS else {}
+    return {*plugins.conf_files(group), *finite}
 
 
 def _members(kind: type[Any]) -> set[str]:
@@ -130,17 +130,17 @@ def test_a_renamed_option_choice_and_class_are_read_by_todays_names(
     with_table: Callable[[str], EarlierNames],
 ) -> None:
     experiment = compose([f"experiment={FIG5}"])
-    kept = canonical(experiment)
+    retained = canonical(experiment)
     with_table(
         "classes: {Volker: SyntheticData}\n"
         "options: {Experiment.germ: seed, Heading.feet: steps, Scale.sides: {moved: sweep.sides}}\n"
     )
-    old = {name: value for name, value in kept.items() if name != "seed"} | {"germ": 11}
-    old["data"] = {**kept["data"], TYPE: "Volker", "heading": {TYPE: "Heading", "name": "feet"}}
-    old["scale"] = {**kept["scale"], "sides": 6}
-    found = with_options(experiment, old)
-    assert found.seed == 11
-    assert canonical(found) == {**kept, "seed": 11}
+    old = {name: value for name, value in retained.items() if name != "seed"} | {"germ": 11}
+    old["data"] = {**retained["data"], TYPE: "Volker", "heading": {TYPE: "Heading", "name": "feet"}}
+    old["scale"] = {**retained["scale"], "sides": 6}
+    result = with_options(experiment, old)
+    assert result.seed == 11
+    assert canonical(result) == {**retained, "seed": 11}
 
 
 def test_an_option_that_went_with_a_value_that_is_not_computed_is_rejected(
@@ -157,7 +157,7 @@ def test_an_option_of_a_class_above_is_renamed_for_those_that_inherit_it(
     with_table: Callable[[str], EarlierNames],
 ) -> None:
     kinds = [kind for kind in _classes() if is_dataclass(kind) and len(kind.__mro__) > 2]
-    above = next(one for one in kinds[0].__mro__[1:] if one is not object)
+    above = next(first for first in kinds[0].__mro__[1:] if first is not object)
     names = with_table(f"options: {{{above.__name__}.former: latter}}\n")
     assert names.todays_options(kinds[0], {"former": 1, "other": 2}) == {"latter": 1, "other": 2}
     assert names.todays_options(dict, {"former": 1}) == {"former": 1}
@@ -224,14 +224,14 @@ def test_renamed_columns_are_compared_by_todays_names(tmp_path: Path, off: float
     for folder, table in (("kept", old), ("made", new)):
         (tmp_path / folder / FIG5).mkdir(parents=True)
         tables.write(tmp_path / folder / FIG5 / "table.csv", table)
-    (found,) = compare_again(tmp_path / "kept" / FIG5, tmp_path / "made" / FIG5, COLUMNS.alike)
-    assert found.complaints == (() if agrees else ("line 3, error_mm: 30 is not 30.3",))
+    (result,) = compare_again(tmp_path / "kept" / FIG5, tmp_path / "made" / FIG5, COLUMNS.alike)
+    assert result.complaints == (() if agrees else ("line 3, error_mm: 30 is not 30.3",))
     (plain,) = compare_again(tmp_path / "kept" / FIG5, tmp_path / "made" / FIG5)
     assert "columns differ" in plain.complaints[0]
 
 
 def test_a_column_that_was_added_is_compared_where_the_archive_has_it() -> None:
-    one = {"right": np.array([1.0])}
-    assert COLUMNS.alike(FIG5, "table.csv", one, one) == (one, one)
-    assert COLUMNS.alike(FIG5, "table.csv", {}, one) == ({}, {})
-    assert COLUMNS.alike(FIG5, "table_joints.csv", {}, one) == ({}, one)
+    first = {"right": np.array([1.0])}
+    assert COLUMNS.alike(FIG5, "table.csv", first, first) == (first, first)
+    assert COLUMNS.alike(FIG5, "table.csv", {}, first) == ({}, {})
+    assert COLUMNS.alike(FIG5, "table_joints.csv", {}, first) == ({}, first)

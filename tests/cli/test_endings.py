@@ -68,15 +68,15 @@ def test_an_early_interrupt_ends_in_a_sentence(tmp_path: Path) -> None:
         cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
     assert process.stderr is not None
-    said = []
+    message = []
     for line in process.stderr:  # until numpy is being loaded: the command line is there, its work is not
-        said.append(line)
+        message.append(line)
         if "numpy" in line:
             process.send_signal(signal.SIGINT)
             break
     words = process.stderr.read()
     process.stderr.close()
-    assert process.wait(60) == 130, "".join(said[-3:]) + words
+    assert process.wait(60) == 130, "".join(message[-3:]) + words
     assert "Traceback" not in words
     assert "interrupted" in words
 
@@ -128,18 +128,18 @@ def test_another_container_of_the_same_host_name_is_another_place(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Its temporary folders, whose process numbers mean nothing here, are left alone while they are young."""
-    here = sealed_folders._process_space()
-    assert here == sealed_folders._HERE
+    start = sealed_folders._process_space()
+    assert start == sealed_folders._HERE
     monkeypatch.setattr(Path, "readlink", lambda self: Path("pid:[1]"))
     other = sealed_folders._process_space()
-    assert other != here
+    assert other != start
     monkeypatch.undo()
     process = subprocess.run(
         [sys.executable, "-c", "import os; print(os.getpid())"], check=True, capture_output=True, text=True
     )
     ended = int(process.stdout)
-    for place in (here, other):
-        (tmp_path / f".tmp-{ended}-{place}01234567").mkdir()
+    for position in (start, other):
+        (tmp_path / f".tmp-{ended}-{position}01234567").mkdir()
     sealed_folders.remove_stale(tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == [f".tmp-{ended}-{other}01234567"]
 

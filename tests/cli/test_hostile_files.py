@@ -152,15 +152,15 @@ def test_an_archive_in_which_a_pipe_took_the_name_of_a_file_has_changed(tmp_path
     with publish(tmp_path / "kept", having="archive") as publication:
         (publication.folder / "table.csv").write_text("a\n1\n")
         archive.seal(publication, {"archive": "a"})
-    kept = tmp_path / "kept"
-    assert archive.verify(kept) == []
-    (kept / name).unlink()
-    os.mkfifo(kept / name)
+    retained = tmp_path / "kept"
+    assert archive.verify(retained) == []
+    (retained / name).unlink()
+    os.mkfifo(retained / name)
     if name == archive.CHECKSUMS:
         with rejects("no_archive", "kept"):
-            archive.verify(kept)
+            archive.verify(retained)
     else:
-        assert any(complaint.startswith(f"{name}: ") for complaint in archive.verify(kept))
+        assert any(complaint.startswith(f"{name}: ") for complaint in archive.verify(retained))
 
 
 @pytest.mark.parametrize("way", ["deep", "pipe", "outside"])
@@ -203,8 +203,8 @@ def test_a_page_of_figures_with_other_content_is_a_sentence(tmp_path: Path, way:
         options.setdefault(group, {})[option] = value
     arrays = dict.fromkeys(players.WALKER_ARRAYS, np.zeros((2, 225)))
     people = {"table_people.csv": {"walker": ["a"], "view_angle_deg": [0]}}
-    made: dict[str, Any] = {"arrays": arrays, "more": people, "claims": CLAIM, "configuration": options}
-    folder = plant(tmp_path / "synthetic" / "smoke" / FIGURE, **made | spoil)
+    output: dict[str, Any] = {"arrays": arrays, "more": people, "claims": CLAIM, "configuration": options}
+    folder = plant(tmp_path / "synthetic" / "smoke" / FIGURE, **output | spoil)
     with rejects("other_version", where):
         document.write_page(folder.parent, [FIGURE])
 

@@ -179,8 +179,8 @@ def written(case: Case, folder: Path, given: Path, say: Callable, patch: pytest.
     folder.mkdir()
     case.before(folder, given, patch)
     before = contents(folder)
-    said = call(case, folder, given, say)
-    assert (said.status, said.err) == (0, "")
+    message = call(case, folder, given, say)
+    assert (message.status, message.err) == (0, "")
     names = {name for name, content in contents(folder).items() if before.get(name) != content}
     assert names
     return names
@@ -214,15 +214,15 @@ def test_files_of_others_under_all_names_are_found_again(
             path.symlink_to(aside / f"{number}")
         path.write_bytes(f"of others {number}".encode())
     before, of_links = contents(folder), contents(aside)
-    said = call(case, folder, given, say)
+    message = call(case, folder, given, say)
     assert contents(aside) == of_links
     assert contents(folder) == before
     assert all((folder / name).is_symlink() == linked for name in names)
-    assert said.status == 1, said.out
-    told = said.err if command != "fetch" else said.out
-    assert "Traceback" not in told
-    assert told.strip()
-    assert command in ("figures", "fetch") or len(told.splitlines()) == 1
+    assert message.status == 1, message.out
+    described = message.err if command != "fetch" else message.out
+    assert "Traceback" not in described
+    assert described.strip()
+    assert command in ("figures", "fetch") or len(described.splitlines()) == 1
 
 
 @pytest.mark.parametrize(("command", "case"), CALLS)
@@ -231,12 +231,14 @@ def test_it_may_be_written_again_where_it_wrote_before(
 ) -> None:
     """Files only by ``replace=true``."""
     names = written(case, tmp_path / "own", given, say, monkeypatch)
-    said = call(case, tmp_path / "own", given, say)
+    message = call(case, tmp_path / "own", given, say)
     if WRITES[command] == "file":
-        assert "the file is not replaced, since it exists" in said.err
+        assert "the file is not replaced, since it exists" in message.err
         plain = case.arguments
-        said = call(Case(lambda to, given: [*plain(to, given), "replace=true"]), tmp_path / "own", given, say)
-    assert (said.status, said.err) == (0, "")
+        message = call(
+            Case(lambda to, given: [*plain(to, given), "replace=true"]), tmp_path / "own", given, say
+        )
+    assert (message.status, message.err) == (0, "")
     assert names <= set(contents(tmp_path / "own"))
     assert not list((tmp_path / "own").rglob(".*"))
 
@@ -247,13 +249,13 @@ def test_a_file_goes_neither_over_its_source_nor_into_a_published_folder(
 ) -> None:
     before = contents(given)
     option, end = ("write", "yaml") if command == "inspect" else ("to", "csv")
-    said = say(command, f"{given}/walk.c3d", f"{option}={given}/{FIGURE}/table.{end}", "replace=true")
-    assert (said.status, "must not be inside a published folder" in said.err) == (1, True)
+    message = say(command, f"{given}/walk.c3d", f"{option}={given}/{FIGURE}/table.{end}", "replace=true")
+    assert (message.status, "must not be inside a published folder" in message.err) == (1, True)
     if command == "export":
         source = tmp_path / "walk.c3d"
         shutil.copy(given / "walk.c3d", source)
-        said = say(command, str(source), f"to={source}", "replace=true")
-        assert (said.status, "it is what is read" in said.err) == (1, True)
+        message = say(command, str(source), f"to={source}", "replace=true")
+        assert (message.status, "it is what is read" in message.err) == (1, True)
         assert source.read_bytes() == before["walk.c3d"]
     assert contents(given) == before
 
@@ -265,8 +267,8 @@ def test_an_empty_results_folder_is_refused(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     preset = [] if command in (["report"], ["archive"]) else ["experiment=zhang2007_fig2"]
-    said = say(*command, *preset, "scale=smoke", empty)
-    assert (said.status, said.err) == (1, "results must name a folder (got nothing)\n")
+    message = say(*command, *preset, "scale=smoke", empty)
+    assert (message.status, message.err) == (1, "results must name a folder (got nothing)\n")
     assert list(tmp_path.iterdir()) == []
 
 

@@ -20,21 +20,21 @@ def test_errors_of_each_method_and_people_who_were_kept(tmp_path: Path) -> None:
     })  # fmt: skip
     clips = {"person": ["a", "a", "b", "c"], "verdict": ["kept", "kept", "kept", "refused"]}
     tables.write(tmp_path / "table_ingest.csv", clips)
-    told = own_result(tmp_path).partition(": ")[2]
-    assert told == "error of depth, all views: MAP 32 mm, least squares 40 mm; 2 people"
+    described = own_result(tmp_path).partition(": ")[2]
+    assert described == "error of depth, all views: MAP 32 mm, least squares 40 mm; 2 people"
     (tmp_path / "table.csv").write_text("component\n1\n", encoding="utf-8")
     assert own_result(tmp_path) == ""
 
 
 def test_the_summary_begins_with_it(say: Callable, tmp_path: Path) -> None:
-    made = walkers.walking_population(
+    output = walkers.walking_population(
         np.random.default_rng(8), male=2, female=2, duration_s=3.0, frame_rate_hz=40.0
     )
-    for k, walk in enumerate(made.positions_mm):
+    for k, walk in enumerate(output.positions_mm):
         trc.write(tmp_path / f"p{k}.trc", WALKER15.joints, walk, 40.0)
     arguments = "experiment=zhang2007_fig5", "scale=smoke", "figure.picture=false", "figure.recording=false"
-    said = say(*arguments, "data=folder", f"data.path={tmp_path}", f"results={tmp_path / 'results'}")
-    first = next(line for line in said.out.splitlines() if "zhang2007_fig5: error" in line)
-    assert said.out.index(first) < said.out.index("Claims")
+    message = say(*arguments, "data=folder", f"data.path={tmp_path}", f"results={tmp_path / 'results'}")
+    first = next(line for line in message.out.splitlines() if "zhang2007_fig5: error" in line)
+    assert message.out.index(first) < message.out.index("Claims")
     assert first.endswith("; 4 people")
     assert "average walker " in first

@@ -25,15 +25,15 @@ GROUPS = papers.read_mapping(CONF / "sensitivity.yaml")
 @pytest.mark.parametrize("name", GROUPS)
 def test_every_switch_changes_an_option_of_its_figures(name: str) -> None:
     plain = functools.cache(lambda *given: compose(list(given)))
-    seen = set()
+    observed = set()
     for data_name in ("synthetic", "optical"):
-        found = list(switches(GROUPS[name], data_name))
-        assert found[0].name == PLAIN
-        assert len({switch.name for switch in found}) == len(found) > 5
-        for switch in found[1:]:
-            if switch.name in seen:
+        result = list(switches(GROUPS[name], data_name))
+        assert result[0].name == PLAIN
+        assert len({switch.name for switch in result}) == len(result) > 5
+        for switch in result[1:]:
+            if switch.name in observed:
                 continue
-            seen.add(switch.name)
+            observed.add(switch.name)
             given = (f"experiment={switch.figures[-1]}", f"data={data_name}", *switch.common)
             experiment = compose([*given, *switch.overrides])
             experiment.sweep.validate()
@@ -82,7 +82,7 @@ def test_groups_and_single_switches_are_tabulated(tmp_path: Path, monkeypatch: p
 
 
 def test_every_interval_that_is_judged_in_the_table_of_sensitivity_holds_its_value() -> None:
-    kept = pd.read_csv(PROJECT / "results" / "sensitivity.csv").dropna(subset=["value_low"])
+    retained = pd.read_csv(PROJECT / "results" / "sensitivity.csv").dropna(subset=["value_low"])
     # Errors of a symmetric model are asymmetric by chance, people drawn again by another: nothing is judged by it.
-    kept = kept[kept["agreement"] != "untestable"]
-    assert kept["value"].between(kept["value_low"], kept["value_high"]).all()
+    retained = retained[retained["agreement"] != "untestable"]
+    assert retained["value"].between(retained["value_low"], retained["value_high"]).all()

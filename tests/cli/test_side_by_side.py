@@ -46,10 +46,10 @@ def test_one_process_and_two_give_the_same_bytes(say: Callable, tmp_path: Path) 
     names = "zhang2007_fig2,zhang2007_fig4,zhang2004_fig5,mozerov2006_fig2,park2011_fig3a"
     tables = []
     for workers in (1, 2):
-        said = say(
+        message = say(
             "figures", f"experiment={names}", *QUICK, f"results={tmp_path / str(workers)}", f"workers={workers}"
         )  # fmt: skip
-        assert (said.status, said.err) == (0, "")
+        assert (message.status, message.err) == (0, "")
         tables.append(made(tmp_path / str(workers)))
     assert {name.split("/")[0] for name in tables[0]} == set(names.split(","))
     assert tables[0] == tables[1]
@@ -68,10 +68,10 @@ def test_two_figures_of_one_sweep_measure_it_once(
         return really(self, inputs)
 
     monkeypatch.setattr(KnownView, "measure", counted)
-    said = say(
+    message = say(
         "figures", "experiment=zhang2007_fig4,zhang2007_fig5", *QUICK, f"results={tmp_path}", "workers=2"
     )
-    assert (said.status, said.err) == (0, "")
+    assert (message.status, message.err) == (0, "")
     (process,) = (tmp_path / "measured").read_text().split()
     assert int(process) != os.getpid()
 
@@ -90,19 +90,19 @@ def test_a_worker_that_dies_is_named_and_the_others_go_on(
             os.kill(os.getpid(), signal.SIGKILL)
 
         patch.setattr(KnownView, "measure", killed)
-        said = say(*arguments)
-    assert said.status == 1
-    assert said.err.strip() == (
+        message = say(*arguments)
+    assert message.status == 1
+    assert message.err.strip() == (
         "not made (zhang2007_fig5): the process that made it ended by signal 9; "
         "finished stages are kept: the same command continues"
     )
     assert {path.parent.name for path in tmp_path.glob("scratch/*/*/table.csv")} == {
         "zhang2007_fig2", "zhang2007_fig6"
     }  # fmt: skip
-    said = say(*arguments)
-    assert (said.status, said.err) == (0, "")
-    assert "zhang2007_fig6: " in said.out
-    assert "reused ingest dataset model sweep" in said.out
+    message = say(*arguments)
+    assert (message.status, message.err) == (0, "")
+    assert "zhang2007_fig6: " in message.out
+    assert "reused ingest dataset model sweep" in message.out
 
 
 @needs_fork
@@ -115,13 +115,13 @@ def test_a_bug_in_one_figure_is_shown_and_the_others_go_on(
 
     monkeypatch.setattr(KnownView, "measure", wrong)
     for workers in (1, 2):
-        said = say(
+        message = say(
             "figures", "experiment=zhang2007_fig5,zhang2007_fig2", *QUICK, f"results={tmp_path}", f"workers={workers}"
         )  # fmt: skip
-        assert said.status == 1
-        assert "Traceback" in said.err
-        assert said.err.splitlines()[-1] == "not made (zhang2007_fig5): ZeroDivisionError: a bug"
-        assert "zhang2007_fig2" in said.out
+        assert message.status == 1
+        assert "Traceback" in message.err
+        assert message.err.splitlines()[-1] == "not made (zhang2007_fig5): ZeroDivisionError: a bug"
+        assert "zhang2007_fig2" in message.out
 
 
 def sleeping(arguments: list[str]) -> int:
@@ -143,12 +143,12 @@ def losing(arguments: list[str]) -> int:
 
     @functools.wraps(KnownView.measure)
     def asleep(self: KnownView, inputs: object) -> None:
-        said = lost = False
+        message = lost = False
         try:
             while True:
                 try:
-                    if not said:
-                        said = True
+                    if not message:
+                        message = True
                         print("here", flush=True)
                     time.sleep(0.01)
                 except KeyboardInterrupt:
@@ -221,9 +221,9 @@ def test_a_signal_ends_all_processes_and_the_next_run_goes_on(
         assert hidden == [], "no temporary folder, no lock"
     assert [path.name for path in tmp_path.glob("scratch/*/*")] == ["zhang2007_fig2"]
     assert all(is_complete(path) for path in (tmp_path / "cache").glob("[!.]*"))
-    said = say(*arguments)
-    assert (said.status, said.err) == (0, "")
-    assert "zhang2007_fig5: " in said.out
+    message = say(*arguments)
+    assert (message.status, message.err) == (0, "")
+    assert "zhang2007_fig5: " in message.out
     assert list(tmp_path.glob("cache/.*")) == []
 
 
@@ -271,12 +271,12 @@ def test_on_a_terminal_one_display_names_what_runs_and_what_is_left() -> None:
         display._progress.refresh()
         with console.capture() as capture:
             console.print(display._progress.get_renderable())
-    shown = capture.get()
-    assert "1/3" in shown
-    assert "zhang2007_fig2: sweep" in shown
-    assert "zhang2007_fig6" in shown
-    assert "zhang2007_fig5" not in shown
-    assert "0:00:00" in shown
+    displayed = capture.get()
+    assert "1/3" in displayed
+    assert "zhang2007_fig2: sweep" in displayed
+    assert "zhang2007_fig6" in displayed
+    assert "zhang2007_fig5" not in displayed
+    assert "0:00:00" in displayed
 
 
 @needs_fork
@@ -294,9 +294,11 @@ def test_each_figure_has_a_process_of_its_own_and_hands_on_the_cores_that_it_owe
         return Failure(folder.name, f"{os.getpid()} {before} {processes.cores_not_returned()}")
 
     experiments = [compose([f"experiment={name}"]) for name in ("zhang2007_fig2", "zhang2007_fig5")]
-    jobs = [(one, tmp_path / str(number)) for number, one in enumerate(experiments)]
+    jobs = [(single, tmp_path / str(number)) for number, single in enumerate(experiments)]
     with Display(experiments, Console(file=StringIO()), slots=1) as display:
         ended = make_side_by_side(jobs, make, display, processes=1, cores=1)
-    (first, *owed), (second, *paid) = (one.sentence.split() for one in ended if isinstance(one, Failure))
+    (first, *owed), (second, *paid) = (
+        single.sentence.split() for single in ended if isinstance(single, Failure)
+    )
     assert len({first, second, str(os.getpid())}) == 3
     assert (owed, paid) == (["0", "1"], ["1", "0"])

@@ -55,8 +55,8 @@ def snapshot(folder: Path) -> dict[Path, int]:
 
 def test_what_was_just_made_is_current_and_nothing_is_written(results: Path) -> None:
     before = snapshot(results)
-    found = state_of(experiment(results), place(results))
-    assert (found.state, found.why, found.to_compute) == ("current", "", ())
+    result = state_of(experiment(results), place(results))
+    assert (result.state, result.why, result.to_compute) == ("current", "", ())
     assert snapshot(results) == before
 
 
@@ -71,21 +71,21 @@ def test_what_was_just_made_is_current_and_nothing_is_written(results: Path) -> 
 def test_it_says_which_option_changed(
     results: Path, override: str, why: str, to_compute: tuple[str, ...]
 ) -> None:
-    found = state_of(experiment(results, override), place(results))
-    assert (found.state, found.why, found.to_compute) == ("stale", why, to_compute)
+    result = state_of(experiment(results, override), place(results))
+    assert (result.state, result.why, result.to_compute) == ("stale", why, to_compute)
 
 
 def test_it_says_that_the_code_changed(results: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("pipeline.stages.artefacts.sources_digest", lambda modules: "0" * 64)
-    found = state_of(experiment(results), place(results))
-    assert (found.state, found.why) == ("stale", "ingest: code changed")
-    assert found.to_compute == ("ingest", "dataset", "model", "sweep")
+    result = state_of(experiment(results), place(results))
+    assert (result.state, result.why) == ("stale", "ingest: code changed")
+    assert result.to_compute == ("ingest", "dataset", "model", "sweep")
 
 
 def test_it_says_that_the_figures_own_code_changed(results: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("pipeline.stages.sources.sources_digest", lambda modules: "0" * 64)
-    found = state_of(experiment(results), place(results))
-    assert (found.state, found.why) == ("stale", "figure: code changed")
+    result = state_of(experiment(results), place(results))
+    assert (result.state, result.why) == ("stale", "figure: code changed")
 
 
 @pytest.fixture
@@ -107,15 +107,15 @@ def test_an_edited_reader_leaves_synthetic_figures_current(
 ) -> None:
     modules = {}
     for name in presets():
-        one = compose(["scale=smoke", f"experiment={name}"])
-        if one.sweep.further_files(one.data):
+        first = compose(["scale=smoke", f"experiment={name}"])
+        if first.sweep.further_files(first.data):
             continue  # which its sweep reads
-        made_by = one.data.request(one.dataset.corpus, one.skeleton, one.seed, 1).source
-        options = (one.dataset, one.model, one.sweep, one.figure)
+        made_by = first.data.request(first.dataset.corpus, first.skeleton, first.seed, 1).source
+        options = (first.dataset, first.model, first.sweep, first.figure)
         modules[name] = [made_by, *(type(option).__module__ for option in options)]
 
     def digests() -> dict[str, list[str]]:
-        return {name: [sources_digest([module]) for module in of] for name, of in modules.items()}
+        return {name: [sources_digest([module]) for module in owner] for name, owner in modules.items()}
 
     after, reader = digests(), sources_digest(["pipeline.formats.mvnx"])
     monkeypatch.undo()
@@ -125,8 +125,8 @@ def test_an_edited_reader_leaves_synthetic_figures_current(
 
 
 def test_a_made_figure_is_current_after_readers_are_edited(results: Path, edited_readers: Path) -> None:
-    found = state_of(experiment(results), place(results))
-    assert (found.state, found.to_compute) == ("current", ())
+    result = state_of(experiment(results), place(results))
+    assert (result.state, result.to_compute) == ("current", ())
 
 
 def test_clips_that_come_out_equal_leave_the_figure_current(
@@ -134,31 +134,31 @@ def test_clips_that_come_out_equal_leave_the_figure_current(
 ) -> None:
     copy = tmp_path / "results"
     shutil.copytree(results, copy)
-    one = dataclasses.replace(experiment(results), results=str(copy))
+    first = dataclasses.replace(experiment(results), results=str(copy))
     walks = edited_readers / "clips" / "walks.py"
     walks.write_text(walks.read_text(encoding="utf-8") + "\nUNUSED = 1\n", encoding="utf-8")
     source_code._module.cache_clear()
-    found = state_of(one, place(copy))
-    assert (found.state, found.why) == ("stale", "ingest: code changed")
-    assert found.to_compute == ("ingest", "dataset", "model", "sweep"), "what follows is not known"
-    assert ingest.run(one, Store(copy)).artefact.why == "code changed"
-    found = state_of(one, place(copy))
-    assert (found.state, found.to_compute) == ("current", ())
+    result = state_of(first, place(copy))
+    assert (result.state, result.why) == ("stale", "ingest: code changed")
+    assert result.to_compute == ("ingest", "dataset", "model", "sweep"), "what follows is not known"
+    assert ingest.run(first, Store(copy)).artefact.why == "code changed"
+    result = state_of(first, place(copy))
+    assert (result.state, result.to_compute) == ("current", ())
 
 
 def test_what_is_missing_damaged_or_forgotten_is_named(results: Path, tmp_path: Path) -> None:
     copy = tmp_path / "results"
     shutil.copytree(results, copy)
     shutil.rmtree(copy / "cache")
-    one = dataclasses.replace(experiment(results), results=str(copy))
-    assert state_of(one, place(copy)).state == "current"
+    first = dataclasses.replace(experiment(results), results=str(copy))
+    assert state_of(first, place(copy)).state == "current"
     other = dataclasses.replace(experiment(results, "model.components=20"), results=str(copy))
     assert "no longer in the cache" in state_of(other, place(copy)).why
     (place(copy) / "table.csv").unlink()
-    assert state_of(one, place(copy)).why == "table.csv is missing"
+    assert state_of(first, place(copy)).why == "table.csv is missing"
     shutil.rmtree(place(copy))
-    found = state_of(one, place(copy))
-    assert (found.state, found.why) == ("missing", "not made yet")
+    result = state_of(first, place(copy))
+    assert (result.state, result.why) == ("missing", "not made yet")
 
 
 def test_a_dry_run_makes_nothing(results: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -166,8 +166,8 @@ def test_a_dry_run_makes_nothing(results: Path, capsys: pytest.CaptureFixture[st
     words = ["experiment=zhang2007_fig2,zhang2007_fig3", "scale=smoke", f"results={results}"]
     assert main(["figures", *words, "--dry-run"]) == 0
     assert main(["status", *words]) == 0
-    told = capsys.readouterr().out
-    assert told.count("1 missing; nothing was computed") == 2
+    described = capsys.readouterr().out
+    assert described.count("1 missing; nothing was computed") == 2
     assert snapshot(results) == before
 
 
@@ -197,8 +197,8 @@ def test_a_figure_is_there_before_its_further_populations(
         with pytest.raises(KeyboardInterrupt):
             attempt(few, folder, lambda _: None)  # the first of a sweep
     assert {"table.csv", "claims.csv"} < set(read_manifest(folder)["files"])
-    found = state_of(few, folder)
-    assert (found.state, found.why) == ("stale", "figure: further populations are missing")
+    result = state_of(few, folder)
+    assert (result.state, result.why) == ("stale", "figure: further populations are missing")
     make_figure(few, folder, store=Store(tmp_path), early=True)
     assert state_of(few, folder).state == "current"
     assert (folder / "table_populations.csv").is_file()

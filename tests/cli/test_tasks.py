@@ -54,9 +54,9 @@ def test_long_work_on_populations_is_cut_into_blocks(
 ) -> None:
     tasks = tasks_of(tmp_path, *FIGURES, task_s=task_s)
     for through in (SAMPLES, SWEPT):
-        of = [task for task in tasks if task.through == through]
-        assert [len(task.populations) for task in of] == blocks
-        assert sorted(number for task in of for number in task.populations) == [0, 1, 2]
+        owner = [task for task in tasks if task.through == through]
+        assert [len(task.populations) for task in owner] == blocks
+        assert sorted(number for task in owner for number in task.populations) == [0, 1, 2]
 
 
 def test_a_long_stage_is_one_task_and_one_that_a_figure_alone_needs_is_its_own_work(tmp_path: Path) -> None:
@@ -70,24 +70,24 @@ def test_a_long_stage_is_one_task_and_one_that_a_figure_alone_needs_is_its_own_w
 
 @pytest.mark.thorough
 def test_figures_after_their_tasks_have_the_tables_of_figures_alone(tmp_path: Path) -> None:
-    apart, alone = tmp_path / "apart", tmp_path / "alone"
-    tasks = tasks_of(apart, "zhang2007_fig3", "zhang2007_fig5", task_s=0.7)
+    distance, alone = tmp_path / "apart", tmp_path / "alone"
+    tasks = tasks_of(distance, "zhang2007_fig3", "zhang2007_fig5", task_s=0.7)
     assert len([task for task in tasks if task.through == "sweep"]) == 1
-    dry_run = Store(apart, dry_run=True)
+    dry_run = Store(distance, dry_run=True)
     for task in tasks:
         if task.through != FIGURE:
             assert task.run(dry_run), "it is to be computed"
-            assert task.run(Store(apart))
+            assert task.run(Store(distance))
             assert not task.run(dry_run), "it is there"
-            assert not task.run(Store(apart))
+            assert not task.run(Store(distance))
             continue
-        for results in (apart, alone):
-            one = smoke(task.name, *QUIET, f"results={results}")
-            made = make_figure(one, results / "synthetic" / "smoke" / task.name, store=Store(results))
-            if results == apart:
-                assert made.reused == ("ingest", "dataset", "model", "sweep")
-    assert tables(apart) == tables(alone)
-    assert any("table_populations" in name for name in tables(apart))
+        for results in (distance, alone):
+            first = smoke(task.name, *QUIET, f"results={results}")
+            output = make_figure(first, results / "synthetic" / "smoke" / task.name, store=Store(results))
+            if results == distance:
+                assert output.reused == ("ingest", "dataset", "model", "sweep")
+    assert tables(distance) == tables(alone)
+    assert any("table_populations" in name for name in tables(distance))
 
 
 def test_populations_are_counted_where_they_are_made() -> None:

@@ -26,10 +26,10 @@ def archived(tmp_path: Path) -> Path:
     """A folder of light archives, with one of two figures."""
     lock = tmp_path / "requirements.lock"
     lock.write_text("numpy==2.4.6\n")
-    made: dict[str, Any] = {"scale": "full", "lock_sha256": digest(lock.read_bytes())}
+    output: dict[str, Any] = {"scale": "full", "lock_sha256": digest(lock.read_bytes())}
     for name in FIGURES:
-        kept = canonical(compose([f"experiment={name}", "seed=5", "data.walkers=7"]))
-        plant(tmp_path / "synthetic" / "full" / name, claims=CLAIM, configuration=kept, **made)
+        retained = canonical(compose([f"experiment={name}", "seed=5", "data.walkers=7"]))
+        plant(tmp_path / "synthetic" / "full" / name, claims=CLAIM, configuration=retained, **output)
     light = tmp_path / "light"
     facts: dict[str, Any] = {"date": "2026-11-22", "commit": "f" * 40, "dirty": False, "lock": lock}
     keep_light(tmp_path / "synthetic" / "full", light / "synthetic", FIGURES, **facts)
@@ -59,11 +59,11 @@ def test_figures_are_made_again_and_agree(
     names = making(monkeypatch, 1.0)
     assert command("verify")([str(archived), "rerun=1"]) == 0
     assert sorted(names) == ["mozerov2006_fig1 synthetic full", "zhang2007_fig5 synthetic full"]
-    said = capsys.readouterr().out
-    assert "every file is unchanged" in said
-    assert {(one.seed, one.data.walkers, one.figure.picture) for one in asked} == {(5, 7, False)}
-    assert said.count("tables agree") == 2
-    assert "made by commit ffffffffffff, computed again by" in said
+    message = capsys.readouterr().out
+    assert "every file is unchanged" in message
+    assert {(first.seed, first.data.walkers, first.figure.picture) for first in asked} == {(5, 7, False)}
+    assert message.count("tables agree") == 2
+    assert "made by commit ffffffffffff, computed again by" in message
 
 
 def test_one_that_differs_is_named_and_the_status_says_so(
@@ -71,9 +71,9 @@ def test_one_that_differs_is_named_and_the_status_says_so(
 ) -> None:
     making(monkeypatch, 1.01)
     assert command("verify")([str(archived / "synthetic"), "rerun=1", "only=zhang2007_fig5"]) == 1
-    said = capsys.readouterr().out
-    assert "zhang2007_fig5/table.csv: line 2, absolute_error_mm2: 500.0 is not 505.0" in said
-    assert "mozerov2006_fig1" not in said
+    message = capsys.readouterr().out
+    assert "zhang2007_fig5/table.csv: line 2, absolute_error_mm2: 500.0 is not 505.0" in message
+    assert "mozerov2006_fig1" not in message
 
 
 def test_nothing_is_computed_of_a_changed_archive_or_of_a_figure_that_is_not_in_it(

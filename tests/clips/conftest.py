@@ -16,10 +16,10 @@ from pipeline.synthetic import bending
 def bends(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Four performances as files, at 60 Hz; one has lost the head in its middle, another its first frames."""
     folder = tmp_path_factory.mktemp("bends")
-    made = bending.bending_performances(
+    output = bending.bending_performances(
         np.random.default_rng(5), performances=4, subjects=2, frames_mean=90, frame_rate_hz=60.0
     )
-    for n, motion in enumerate(made.positions_mm):
+    for n, motion in enumerate(output.positions_mm):
         motion = motion.copy()
         if n == 2:
             motion[30:60, 0] = np.nan

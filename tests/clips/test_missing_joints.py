@@ -30,10 +30,10 @@ HZ = 40.0
 @pytest.fixture(scope="module")
 def people() -> np.ndarray:
     """Walks that the model has not seen, (4, T, 15, 3)."""
-    made = walkers.walking_population(
+    output = walkers.walking_population(
         np.random.default_rng(5), male=2, female=2, duration_s=3.0, frame_rate_hz=HZ
     )
-    return np.asarray(made.positions_mm)
+    return np.asarray(output.positions_mm)
 
 
 def hidden(walk: np.ndarray, joints: tuple[int, ...]) -> np.ndarray:
@@ -47,23 +47,23 @@ def test_a_joint_is_estimated_from_the_others(people: np.ndarray, joints: tuple[
     for walk in people:
         row = report_row(REPORT_COLUMNS, clip="a", person="a", source="test")
         whole = steady_walk(RawClip(row, walk, HZ), Steady())
-        made = steady_walk(RawClip(row, hidden(walk, joints), HZ), Steady())
+        output = steady_walk(RawClip(row, hidden(walk, joints), HZ), Steady())
         assert whole.positions is not None
-        assert made.positions is not None
-        assert made.row["missing_joints"] == ", ".join(WALKER15.joints[j] for j in joints)
-        off = np.linalg.norm((made.positions - whole.positions)[:, list(joints)], axis=-1)
+        assert output.positions is not None
+        assert output.row["missing_joints"] == ", ".join(WALKER15.joints[j] for j in joints)
+        off = np.linalg.norm((output.positions - whole.positions)[:, list(joints)], axis=-1)
         assert np.sqrt((off**2).mean()) < mm
-        seen = [j for j in range(15) if j not in joints]
+        observed = [j for j in range(15) if j not in joints]
         # The frequency, and with it the heading, is that of the joints that were seen.
-        np.testing.assert_allclose(made.positions[:, seen], whole.positions[:, seen], atol=0.01)
+        np.testing.assert_allclose(output.positions[:, observed], whole.positions[:, observed], atol=0.01)
 
 
 def test_what_a_missing_joint_holds_is_not_read(people: np.ndarray) -> None:
     level = walking.treadmill_equivalent(people[0], HZ, locomotion="treadmill")
     missing = np.isin(np.arange(15), ARM)
-    one, _ = missing_joints.complete(level, missing, HZ)
+    first, _ = missing_joints.complete(level, missing, HZ)
     other, _ = missing_joints.complete(hidden(level, ARM), missing, HZ)
-    np.testing.assert_array_equal(one, other)
+    np.testing.assert_array_equal(first, other)
     same, _ = missing_joints.complete(level, np.zeros(15, dtype=bool), HZ)
     assert same is level
 
@@ -99,15 +99,15 @@ def test_estimated_and_dropped_joints_have_no_errors(folder: Path, missing: Miss
         methods=["map"],
     )
     inputs = SweepInputs(clips, samples, model, EigenwalkersModel(), 1, 1)
-    found = sweep.measure(inputs)
-    joints = found.joints[found.joints["method"] == "map"].set_index("joint")["absolute_error_mm2"]
+    result = sweep.measure(inputs)
+    joints = result.joints[result.joints["method"] == "map"].set_index("joint")["absolute_error_mm2"]
     assert joints["head"].isna().tolist() == (
         [True] * 4 if missing is Missing.drop else [True, False, False, False]
     )
     assert joints.drop("head").notna().all()
     if missing is Missing.drop:  # nothing at all is made of it
         assert not samples.coefficients[:, :, 0].any()
-        np.testing.assert_allclose(found.missing[..., 0], 0.0, atol=1e-9)
+        np.testing.assert_allclose(result.missing[..., 0], 0.0, atol=1e-9)
 
 
 @pytest.mark.skipif(not os.environ.get("MOCAP_MIRROR"), reason="needs MOCAP_MIRROR")
@@ -121,7 +121,7 @@ def test_on_recorded_people(joints: tuple[int, ...], mm: float) -> None:
     missing = np.isin(np.arange(15), joints)
     power = []
     for truth in samples.coefficients:
-        found = missing_joints.conditional_mean(missing_joints.population(), truth, missing)
-        apart = (found - truth)[:, list(joints)]
-        power.append((apart[0] ** 2).sum(axis=-1) + 0.5 * (apart[1:] ** 2).sum(axis=(0, 2)))
+        result = missing_joints.conditional_mean(missing_joints.population(), truth, missing)
+        distance = (result - truth)[:, list(joints)]
+        power.append((distance[0] ** 2).sum(axis=-1) + 0.5 * (distance[1:] ** 2).sum(axis=(0, 2)))
     assert np.sqrt(np.mean(power)) < mm

@@ -59,11 +59,11 @@ def test_disguised_copies_bear_a_remark_that_names_the_other_and_people_bear_non
     trc.write(tmp_path / "p1_2.trc", WALKER15.joints, people()[1][120:], HZ)  # the same person's
     data = FolderData(name="folder", path=str(tmp_path), steady=Steady(locomotion=Locomotion.treadmill))
     walks = data.request(WALKS, Skeleton(), 1, 1).make()
-    found = {row["clip"].partition("_1.trc")[0]: row["reason"] for row in walks.report}
-    remarked = {name for name, reason in found.items() if one_person.REMARK in reason}
+    result = {row["clip"].partition("_1.trc")[0]: row["reason"] for row in walks.report}
+    remarked = {name for name, reason in result.items() if one_person.REMARK in reason}
     assert remarked == {"p0", *disguised(people()[0])}
     assert all(row["verdict"] == "kept" for row in walks.report)
-    assert "may be the person of p0 in p0_1.trc: limbs differ by 0." in found["mirrored"]
+    assert "may be the person of p0 in p0_1.trc: limbs differ by 0." in result["mirrored"]
 
     tables = errors_of(20, 0.3 + 0.05 * np.sin(np.arange(20)), -0.2)
     claim = papers.claim("zhang2007_map_thirty_percent")
@@ -73,12 +73,14 @@ def test_disguised_copies_bear_a_remark_that_names_the_other_and_people_bear_non
         ingest = report_table(rows, walks.report_columns)
         many = {name: np.tile(column, 10) for name, column in ingest.items()}
         many["person"] = np.array([f"{person} {n}" for n, person in enumerate(many["person"])])
-        made = {"zhang2007_fig5": tables["table"], "zhang2007_fig5/table_people": tables["table_people"]}
-        (verdict,) = judge([claim], made | {"zhang2007_fig5/table_ingest": many}, "folder", measures=MEASURES)
+        output = {"zhang2007_fig5": tables["table"], "zhang2007_fig5/table_people": tables["table_people"]}
+        (verdict,) = judge(
+            [claim], output | {"zhang2007_fig5/table_ingest": many}, "folder", measures=MEASURES
+        )
         outcomes[named] = (str(verdict.agreement), verdict.why)
     assert outcomes["as they are"][0] == "agrees"
-    told, why = outcomes["with copies"]
-    assert told == "untestable"
+    described, why = outcomes["with copies"]
+    assert described == "untestable"
     assert "who is who is not known: " in why
     assert "_1.trc may be the person of" in why
 
@@ -86,14 +88,14 @@ def test_disguised_copies_bear_a_remark_that_names_the_other_and_people_bear_non
 def test_people_on_one_skeleton_cannot_be_told_apart() -> None:
     walk, other = people()[:2]
     valid = np.ones(walk.shape[:2], dtype=bool)
-    one, second = likeness(walk, valid, HZ), likeness(other, valid, HZ)
-    assert one_person.remarks(["a", "b"], ["x", "y"], [one, second]) == ["", ""]
-    same = Likeness(one.limbs_mm, second.postures_mm)
-    assert one_person.remarks(["a", "b"], ["x", "y"], [one, same]) == [
+    first, second = likeness(walk, valid, HZ), likeness(other, valid, HZ)
+    assert one_person.remarks(["a", "b"], ["x", "y"], [first, second]) == ["", ""]
+    same = Likeness(first.limbs_mm, second.postures_mm)
+    assert one_person.remarks(["a", "b"], ["x", "y"], [first, same]) == [
         "may be the person of b in y: limbs differ by 0.00 %",
         "may be the person of a in x: limbs differ by 0.00 %",
     ]
-    assert one_person.remarks(["a", "a"], ["x", "y"], [one, same]) == ["", ""]
+    assert one_person.remarks(["a", "a"], ["x", "y"], [first, same]) == ["", ""]
     assert one_person.remarks([], [], []) == []
 
 
@@ -110,9 +112,9 @@ def test_no_recording_of_the_public_ones_is_taken_for_another_persons(source: st
     for clip in clips:
         motion, positions, valid = read_clip(clip)
         kinds.append(likeness(positions, valid, motion.frame_rate_hz))
-    made = one_person.remarks([clip.person for clip in clips], [clip.name for clip in clips], kinds)
-    assert len(made) > 10
-    assert not any(made)
+    output = one_person.remarks([clip.person for clip in clips], [clip.name for clip in clips], kinds)
+    assert len(output) > 10
+    assert not any(output)
     other = [f"{clip.person} again" if n % 2 else clip.person for n, clip in enumerate(clips)]
     if source != "biomechzoo":  # two trials of a person, whose limbs a skeleton keeps
         assert any(one_person.remarks(other, [clip.name for clip in clips], kinds))

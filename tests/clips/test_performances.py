@@ -25,38 +25,38 @@ from tests.rejects import rejects
 def performances(folder: Path, **options: Any) -> Performances:
     """Performances in a folder of files."""
     data = FolderData(name="folder", path=str(folder), **options)
-    made = data.request(PERFORMANCES, Skeleton(), 1, 2).make()
-    assert isinstance(made, Performances)
-    return made
+    output = data.request(PERFORMANCES, Skeleton(), 1, 2).make()
+    assert isinstance(output, Performances)
+    return output
 
 
 def test_synthetic_performances_carry_their_truth() -> None:
     options = SyntheticPerformances(performances=7, subjects=3, frames_mean=60.0)
-    made = synthetic_performances(options, 11)
-    assert made.phase is not None
-    assert len(made) == 7
-    assert len(set(made.person)) == 3
-    assert len(made.phase) == len(made.positions) == made.first[-1]
-    for a, b in zip(made.first[:-1], made.first[1:], strict=True):
-        phase = made.phase[a:b]
+    output = synthetic_performances(options, 11)
+    assert output.phase is not None
+    assert len(output) == 7
+    assert len(set(output.person)) == 3
+    assert len(output.phase) == len(output.positions) == output.first[-1]
+    for a, b in zip(output.first[:-1], output.first[1:], strict=True):
+        phase = output.phase[a:b]
         assert (np.diff(phase) > 0).all()
         assert phase[0] == pytest.approx(0.0, abs=1e-9)
         assert phase[-1] == pytest.approx(1.0, abs=1e-9)
-    assert [row["verdict"] for row in made.report] == ["kept"] * 7
+    assert [row["verdict"] for row in output.report] == ["kept"] * 7
     assert len(synthetic_performances(SyntheticPerformances(limit=3), 11)) == 3
     other = synthetic_performances(options, 12)
-    assert not np.array_equal(other.positions[:5], made.positions[:5])
+    assert not np.array_equal(other.positions[:5], output.positions[:5])
 
 
 def test_a_clip_is_a_performance_unless_joints_are_missing_in_its_middle(bends: Path) -> None:
-    made = performances(bends)
-    rows = {row["clip"]: row for row in made.report}
+    output = performances(bends)
+    rows = {row["clip"]: row for row in output.report}
     assert rows["a_2.trc"]["verdict"] == "refused"
     assert (rows["a_2.trc"]["code"], rows["a_2.trc"]["values"]) == ("long_gap", {"frame": 30})
     assert "frame 30" in rows["a_2.trc"]["reason"]
     assert rows["b_3.trc"]["first_frame"] == 20
-    assert list(made.clip) == ["a_0.trc", "b_1.trc", "b_3.trc"]
-    assert made.phase is None, "nobody knows the true course of a recording"
+    assert list(output.clip) == ["a_0.trc", "b_1.trc", "b_3.trc"]
+    assert output.phase is None, "nobody knows the true course of a recording"
 
 
 def test_a_clip_without_time_for_key_frames_is_refused() -> None:
@@ -81,8 +81,10 @@ def test_where_nobody_moves_or_the_pelvis_jumps_there_is_no_action(
     lost = moving.copy()
     lost[40:, :, 2] += 900.0
     still = np.repeat(moving[:1], 60, axis=0)
-    kept, *refused = (select(RawClip({"clip": "a"}, motion, 30.0)).row for motion in (moving, still, lost))
-    assert kept["verdict"] == "kept"
+    retained, *refused = (
+        select(RawClip({"clip": "a"}, motion, 30.0)).row for motion in (moving, still, lost)
+    )
+    assert retained["verdict"] == "kept"
     assert [row["code"] for row in refused] == ["nobody_moves", "pelvis_jumps"]
     assert "frame 39" in refused[1]["reason"]
 
@@ -93,14 +95,14 @@ def test_the_middle_cycle_of_a_walk_begins_and_ends_at_phase_zero(tmp_path: Path
     )
     for n, motion in enumerate(people.positions_mm):
         trc.write(tmp_path / f"p{n}_1.trc", WALKER15.joints, motion, 100.0)
-    made = performances(
+    output = performances(
         tmp_path,
         performances=RecordedPerformances(cut=Cut.cycles),
         steady=Steady(locomotion=Locomotion.treadmill),
     )
-    assert len(made) == 4
+    assert len(output) == 4
     for n in range(4):
-        cycle = made.motion(n)
+        cycle = output.motion(n)
         whole = fourier.represent(people.positions_mm[n], 100.0)
         assert len(cycle) == round(100.0 / whole.frequency_hz) + 1
         # The fundamental of left minus right ankle along the walk rises through zero at both ends.

@@ -25,8 +25,8 @@ from pipeline.validation import InvalidInput
 
 def assert_consistent(walks: Walks) -> None:
     """Arrays, report and motions are of the same walks."""
-    kept = [row for row in walks.report if row["verdict"] == "kept"]
-    assert [row["clip"] for row in kept] == list(walks.clip)
+    retained = [row for row in walks.report if row["verdict"] == "kept"]
+    assert [row["clip"] for row in retained] == list(walks.clip)
     assert all(tuple(row) == (*REPORT_COLUMNS, "code", "values") for row in walks.report)
     assert walks.report_columns == list(REPORT_COLUMNS)
     for number in range(len(walks)):
@@ -44,8 +44,8 @@ def test_the_embedded_population_walks_steadily() -> None:
     assert list(walks.clip) == [f"synthetic_{r:03d}" for r in range(1, 6)]
     assert {row["verdict"] for row in walks.report} == {"kept"}
     assert walks.inputs == {}
-    one = synthetic_walks(options, 11, 1)
-    np.testing.assert_array_equal(one.positions, walks.positions)
+    first = synthetic_walks(options, 11, 1)
+    np.testing.assert_array_equal(first.positions, walks.positions)
     assert not set(synthetic_walks(options, 12, 1).frequency_hz) & set(walks.frequency_hz)
 
 
@@ -93,8 +93,10 @@ def test_the_same_points_under_two_names_are_refused_naming_both(tmp_path: Path)
 
 def with_noise(joint: str, noise_mm: float) -> np.ndarray:
     """A walk (T, 15, 3) at 60 Hz, one joint of which was tracked badly."""
-    made = walking_population(np.random.default_rng(2), male=1, female=0, duration_s=5.0, frame_rate_hz=60.0)
-    motion = made.positions_mm[0].copy()
+    output = walking_population(
+        np.random.default_rng(2), male=1, female=0, duration_s=5.0, frame_rate_hz=60.0
+    )
+    motion = output.positions_mm[0].copy()
     motion[:, WALKER15.index(joint)] += np.random.default_rng(3).normal(scale=noise_mm, size=(len(motion), 3))
     return motion
 
@@ -137,9 +139,9 @@ def test_a_crouched_walker_stays_with_a_remark_that_gives_the_number() -> None:
 def test_hips_that_are_markers_on_the_skin_are_remarked_or_refused(width_mm: float, verdict: str) -> None:
     motion = with_noise("head", 0.0)
     across = motion[:, 12] - motion[:, 9]
-    own = np.linalg.norm(across, axis=-1, keepdims=True)
-    motion[:, 12] += (width_mm - own) / own * across / 2.0
-    motion[:, 9] -= (width_mm - own) / own * across / 2.0
+    reference = np.linalg.norm(across, axis=-1, keepdims=True)
+    motion[:, 12] += (width_mm - reference) / reference * across / 2.0
+    motion[:, 9] -= (width_mm - reference) / reference * across / 2.0
     row = steady(motion).row
     assert row["verdict"] == verdict
     assert f"left_hip to right_hip: {width_mm:.0f} mm" in row["reason"]
@@ -148,22 +150,22 @@ def test_hips_that_are_markers_on_the_skin_are_remarked_or_refused(width_mm: flo
 
 def test_one_bad_wrist_is_estimated_like_a_missing_one() -> None:
     whole, bad = with_noise("head", 0.0), with_noise("right_wrist", 300.0)
-    found = steady(bad)
-    assert found.positions is not None
-    assert found.row["missing_joints"] == "right_wrist"
-    assert "right_wrist is estimated: it had 9" in found.row["reason"]
+    result = steady(bad)
+    assert result.positions is not None
+    assert result.row["missing_joints"] == "right_wrist"
+    assert "right_wrist is estimated: it had 9" in result.row["reason"]
     hidden = whole.copy()
     hidden[:, WALKER15.index("right_wrist")] = np.nan
-    np.testing.assert_array_equal(found.positions, steady(hidden).positions)
+    np.testing.assert_array_equal(result.positions, steady(hidden).positions)
     both = bad.copy()
     both[:, WALKER15.index("left_wrist")] += bad[::-1, WALKER15.index("right_wrist")] - whole[::-1, 7]
     assert steady(both).row["missing_joints"] == "left_wrist, right_wrist"
 
 
 def test_a_bad_ankle_refuses_a_walk_by_name_and_what_takes_it_is_said() -> None:
-    found = steady(with_noise("right_ankle", 230.0))
-    assert found.positions is None
-    reason, code, take = (found.row[name] for name in ("reason", "code", "values"))
+    result = steady(with_noise("right_ankle", 230.0))
+    assert result.positions is None
+    reason, code, take = (result.row[name] for name in ("reason", "code", "values"))
     assert re.search(r"9\d% of it at right_ankle", reason) or code == "low_fundamental"
     assert all(option in reason for option in take["take"])
     options = dict(option.removeprefix("data.steady.").split("=") for option in take["take"])
@@ -179,14 +181,16 @@ def test_a_bad_ankle_refuses_a_walk_by_name_and_what_takes_it_is_said() -> None:
 def test_a_frequency_far_from_the_others_is_a_code_of_the_row_whatever_its_sentence_says(
     ambiguous: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    made = walking_population(np.random.default_rng(2), male=3, female=0, duration_s=9.0, frame_rate_hz=60.0)
-    found = [steady(motion) for motion in made.positions_mm[:2]]
-    found.append(
-        steady_walk(RawClip(report_row(REPORT_COLUMNS, clip="slow"), made.positions_mm[2], 30.0), Steady())
+    output = walking_population(
+        np.random.default_rng(2), male=3, female=0, duration_s=9.0, frame_rate_hz=60.0
     )
-    assert all(walk.positions is not None for walk in found)
+    result = [steady(motion) for motion in output.positions_mm[:2]]
+    result.append(
+        steady_walk(RawClip(report_row(REPORT_COLUMNS, clip="slow"), output.positions_mm[2], 30.0), Steady())
+    )
+    assert all(walk.positions is not None for walk in result)
     monkeypatch.setattr("pipeline.clips.walks.MAX_EQUAL_FIT_RATIO", np.inf if ambiguous else 1.5)
-    *usual, slow = (walk.row for walk in compared(found, 1.6))
+    *usual, slow = (walk.row for walk in compared(result, 1.6))
     assert [row["code"] for row in usual] == ["", ""]
     assert (slow["verdict"], slow["code"]) == ("refused" if ambiguous else "kept", FAR_FREQUENCY)
     assert all(option in slow["reason"] for option in slow["values"].get("take", []))
@@ -242,17 +246,17 @@ def test_a_ramp_is_taken_out_as_the_path_is_and_stairs_are_refused(slope: float)
     motion[..., 1] += way
     floor = steady(motion)
     motion[..., 2] += slope * way
-    found = steady(motion)
+    result = steady(motion)
     if slope > 0.1:
-        assert found.positions is None
-        assert found.row["code"] == "not_level"
-        assert found.row["values"]["rise_mm"] == pytest.approx(slope * float(np.ptp(way)), rel=0.1)
+        assert result.positions is None
+        assert result.row["code"] == "not_level"
+        assert result.row["values"]["rise_mm"] == pytest.approx(slope * float(np.ptp(way)), rel=0.1)
         return
-    assert found.positions is not None
+    assert result.positions is not None
     assert floor.positions is not None
-    assert ("slope of" in found.row["reason"]) == (abs(slope) > 0.025)
+    assert ("slope of" in result.row["reason"]) == (abs(slope) > 0.025)
     if abs(slope) > 0.025:
-        (percent,) = re.findall(r"a slope of (-?[0-9.]+) %", found.row["reason"])
+        (percent,) = re.findall(r"a slope of (-?[0-9.]+) %", result.row["reason"])
         assert float(percent) == pytest.approx(100 * slope, abs=0.3)
-        moved = found.positions - floor.positions
+        moved = result.positions - floor.positions
         assert np.abs(moved - moved.mean(axis=(0, 1))).max() < 10.0

@@ -82,10 +82,10 @@ def tree(pid: int) -> list[int]:
         ["ps", "-e", "-o", "pid=,ppid="], check=True, capture_output=True, text=True
     ).stdout
     parents = {int(child): int(parent) for child, parent in map(str.split, listed.splitlines())}
-    found = [pid]
-    for one in found:
-        found += [child for child, parent in parents.items() if parent == one]
-    return found
+    result = [pid]
+    for first in result:
+        result += [child for child, parent in parents.items() if parent == first]
+    return result
 
 
 def kill_node(folder: Path, name: str) -> None:
@@ -127,8 +127,8 @@ def test_a_node_dies_a_job_is_lost_and_the_tables_are_the_same_bytes(
 def down_nodes() -> list[str]:
     """Nodes that Slurm has given up."""
     command = ["sinfo", "-h", "-N", "-o", "%N %T"]
-    said = subprocess.run(command, check=True, capture_output=True, text=True, timeout=WAIT_S).stdout
-    return [line.split()[0] for line in said.splitlines() if line.split()[1].startswith("down")]
+    message = subprocess.run(command, check=True, capture_output=True, text=True, timeout=WAIT_S).stdout
+    return [line.split()[0] for line in message.splitlines() if line.split()[1].startswith("down")]
 
 
 def interrupted(results: Path, *more: str) -> tuple[str, str, int]:
@@ -146,14 +146,14 @@ def test_jobs_that_ctrl_c_leaves_are_found_again(slurm: Path, tmp_path: Path) ->
     assert "jobs continue" in out
     left = set(states() or {})
     assert left
-    shown = finished([sys.executable, "-m", "pipeline", "status", "scale=smoke", f"results={tmp_path}"])
-    assert any(word in shown.stdout for word in ("queued", "running")), shown.stdout
+    displayed = finished([sys.executable, "-m", "pipeline", "status", "scale=smoke", f"results={tmp_path}"])
+    assert any(word in displayed.stdout for word in ("queued", "running")), displayed.stdout
     command = [sys.executable, *SMOKE, *SLURM, f"results={tmp_path}"]
     again = finished(command)
     assert again.returncode == 0, again.stderr
-    known = jobs_of(tmp_path / "synthetic" / "smoke")
+    finite = jobs_of(tmp_path / "synthetic" / "smoke")
     submitted = {path.name.split("_")[0] for path in tmp_path.glob("synthetic/smoke/jobs/*/*_submitted.pkl")}
-    assert len(submitted) == len(known), "a job that was left was submitted twice"
+    assert len(submitted) == len(finite), "a job that was left was submitted twice"
     once_more = finished(command)
     assert "4 figures are current" in once_more.stdout
 

@@ -263,10 +263,10 @@ def test_a_redirection_to_a_file_is_not_followed(case: Case) -> None:
 
 
 def test_a_host_that_never_answers_is_left_alone(case: Case, server: Server) -> None:
-    asked = []
+    requested = []
 
     def opener(request: urllib.request.Request, *, timeout: float) -> Any:
-        asked.append(request.full_url)
+        requested.append(request.full_url)
         if "silent" in request.full_url:
             raise TimeoutError("timed out")
         return direct(request, timeout=timeout)
@@ -275,7 +275,7 @@ def test_a_host_that_never_answers_is_left_alone(case: Case, server: Server) -> 
         server.files[str(n)] = OTHER
         case.add(f"zoo/{n}", OTHER, address=f"http://silent.invalid/{n}", origin=server.address(str(n)))
     assert len(case.fetch(opener).fetched) == 5
-    assert len([url for url in asked if "silent" in url]) == 2
+    assert len([url for url in requested if "silent" in url]) == 2
 
 
 def test_a_refused_connection_is_a_reason(case: Case) -> None:
@@ -451,10 +451,10 @@ def test_progress_counts_files_and_bytes(case: Case, server: Server) -> None:
     case.add("zoo/a", CONTENT, address=server.address("a"))
     case.add("zoo/b", OTHER, address=server.address("b"))
     case.add("zoo/c", OTHER)
-    told: list[Progress] = []
-    case.fetch(progress=told.append)
+    described: list[Progress] = []
+    case.fetch(progress=described.append)
     total = len(CONTENT) + 2 * len(OTHER)
-    assert told == [
+    assert described == [
         Progress("zoo/a", 1, 3, len(CONTENT), total),
         Progress("zoo/b", 2, 3, len(CONTENT) + len(OTHER), total),
         Progress("zoo/c", 3, 3, total, total),
@@ -505,11 +505,11 @@ def test_the_projects_own_table_is_sound() -> None:
 def test_the_mirror_holds_every_recording(tmp_path: Path) -> None:
     sources, mirror = Path(__file__).parents[2] / "data" / "sources.csv", Path(os.environ["MOCAP_MIRROR"])
     listed = [row["path"] for row in read_sources(sources)]
-    here = [path for path in listed if (mirror / Path(path).parts[0]).is_dir()]
-    report = fetch(sources, tmp_path, mirror=[mirror], only=here, opener=no_network)
+    start = [path for path in listed if (mirror / Path(path).parts[0]).is_dir()]
+    report = fetch(sources, tmp_path, mirror=[mirror], only=start, opener=no_network)
     assert (report.failed, report.without_address) == ([], [])
-    assert report.fetched == here
-    assert fetch(sources, tmp_path, only=here, opener=no_network).present == here
+    assert report.fetched == start
+    assert fetch(sources, tmp_path, only=start, opener=no_network).present == start
 
 
 def test_several_mirrors_are_tried_in_turn(case: Case) -> None:
@@ -529,10 +529,10 @@ def test_a_mirror_may_be_the_folder_of_one_source(case: Case) -> None:
     (case.folder / "shelf" / "zoo" / "b").mkdir(parents=True)
     (case.folder / "shelf" / "zoo" / "b" / "a").write_bytes(CONTENT)
     (row,) = read_sources(case.table())
-    own = case.folder / "shelf" / "zoo"
-    assert resolve(row, raw=case.raw, mirror=[own]) == own / "b" / "a"
-    assert resolve(row, raw=case.raw, mirror=[own / "b"]) is None
-    assert case.fetch(no_network, mirror=[own]).fetched == ["zoo/b/a"]
+    reference = case.folder / "shelf" / "zoo"
+    assert resolve(row, raw=case.raw, mirror=[reference]) == reference / "b" / "a"
+    assert resolve(row, raw=case.raw, mirror=[reference / "b"]) is None
+    assert case.fetch(no_network, mirror=[reference]).fetched == ["zoo/b/a"]
 
 
 def test_requests_wait_only_so_long(case: Case) -> None:

@@ -193,16 +193,16 @@ def _motion() -> list[Sample]:
         marker_data=np.ones((3, 2, 3)),
         mocap_framerate=np.array(120.0),
     )
-    found = []
+    result = []
     for name, data in files.items():
         suffix = Path(name).suffix
-        beside = skeleton if suffix == ".amc" else {}
+        neighbours = skeleton if suffix == ".amc" else {}
         damage = DAMAGE.get(suffix, text)
-        found.append(Sample(name, {name: data, **beside}, name, formats.read, name, damage))
-        if beside:
-            hurt = next(iter(beside))
-            found.append(Sample(hurt, {name: data, **beside}, hurt, formats.read, name, text))
-    return found
+        result.append(Sample(name, {name: data, **neighbours}, name, formats.read, name, damage))
+        if neighbours:
+            hurt = next(iter(neighbours))
+            result.append(Sample(hurt, {name: data, **neighbours}, hurt, formats.read, name, text))
+    return result
 
 
 def _keypoints() -> list[Sample]:
@@ -243,14 +243,14 @@ def _keypoints() -> list[Sample]:
         "array.npy": array.getvalue(),
     }
     assert {Path(name).suffix for name in contents} == set(keypoints.READERS)
-    found = [
+    result = [
         Sample(name, {name: data}, name, keypoints.read, name, DAMAGE.get(Path(name).suffix, text))
         for name, data in contents.items()
     ]
     frame = json.dumps({"people": [{"person_id": [-1], "pose_keypoints_2d": flat}]}).encode()
     frames = {f"openpose/walk_{k:012d}_keypoints.json": frame for k in range(3)}
-    found.append(Sample("openpose", frames, list(frames)[1], keypoints.read, "openpose", json_tree))
-    return found
+    result.append(Sample("openpose", frames, list(frames)[1], keypoints.read, "openpose", json_tree))
+    return result
 
 
 def _sealed(manifest: bytes, data: bytes) -> bytes:

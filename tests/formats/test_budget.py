@@ -225,5 +225,5 @@ def test_names_are_no_formulas(tmp_path: Path) -> None:
         "Names that a spreadsheet would run as formulas get an apostrophe in front: '=1+1.",
     )
     (tmp_path / "b.csv").write_text("frame,person,keypoint,x,y\n0,@SUM(A1),=cmd,1,2\n", encoding="utf-8")
-    found = keypoints.read(tmp_path / "b.csv")
-    assert (found.names, found.identity.tolist()) == (("'=cmd",), ["'@SUM(A1)"])
+    recording = keypoints.read(tmp_path / "b.csv")
+    assert (recording.names, recording.identity.tolist()) == (("'=cmd",), ["'@SUM(A1)"])

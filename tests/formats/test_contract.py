@@ -48,10 +48,12 @@ def test_a_rate_that_makes_no_sense_is_refused_and_another_one_than_the_files_ow
 ) -> None:
     with rejects("out_of_range", "the frame rate", value=-1.0):
         formats.read(path, frame_rate_hz=-1.0)
-    own = formats.read(path).frame_rate_hz
-    told = formats.read(path, frame_rate_hz=2.0 * own)
-    assert told.frame_rate_hz in (own, 2.0 * own)
-    assert any("they are used instead" in note for note in told.notes) == (told.frame_rate_hz == own)
+    reference = formats.read(path).frame_rate_hz
+    described = formats.read(path, frame_rate_hz=2.0 * reference)
+    assert described.frame_rate_hz in (reference, 2.0 * reference)
+    assert any("they are used instead" in note for note in described.notes) == (
+        described.frame_rate_hz == reference
+    )
 
 
 @readable

@@ -228,12 +228,12 @@ def test_a_mat_file_without_walkers_or_with_one_that_is_no_number_is_refused(tmp
 def author_file(name: str) -> Path:
     """A file of the author's in the mirror, in its folder or in one of its name; skips the test where there is none."""
     mirrors = [Path(folder) for folder in os.environ.get("MOCAP_MIRROR", "").split(os.pathsep) if folder]
-    found = [
+    result = [
         path for folder in mirrors for path in (folder / name, folder / "author" / name) if path.is_file()
     ]
-    if not found:
+    if not result:
         pytest.skip(f"needs MOCAP_MIRROR with the author's {name}")
-    return found[0]
+    return result[0]
 
 
 def test_the_authors_average_walker_is_symmetric_and_walks_as_he_says() -> None:

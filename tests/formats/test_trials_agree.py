@@ -33,9 +33,9 @@ MEASURED_MM = {
 
 def turned_onto(moved: np.ndarray, target: np.ndarray) -> tuple[np.ndarray, float]:
     """`moved` (T, J, 3) after the yaw and translation that bring it nearest to `target`; the yaw (rad)."""
-    seen = np.isfinite(moved).all(axis=-1) & np.isfinite(target).all(axis=-1)
-    centre_m, centre_t = moved[seen].mean(axis=0), target[seen].mean(axis=0)
-    m, t = (moved - centre_m)[seen][:, :2], (target - centre_t)[seen][:, :2]
+    observed = np.isfinite(moved).all(axis=-1) & np.isfinite(target).all(axis=-1)
+    centre_m, centre_t = moved[observed].mean(axis=0), target[observed].mean(axis=0)
+    m, t = (moved - centre_m)[observed][:, :2], (target - centre_t)[observed][:, :2]
     yaw = float(np.arctan2((m[:, 0] * t[:, 1] - m[:, 1] * t[:, 0]).sum(), (m * t).sum()))
     cos, sin = np.cos(yaw), np.sin(yaw)
     rotation = np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])
@@ -86,13 +86,13 @@ def test_the_mappings_are_symmetric_and_complete(name: str) -> None:
 
     def ways(rules: Mapping[str, Any], joint: str) -> list[dict[str, float]]:
         """The ways to a joint in their order, one of which may stand alone."""
-        found = rules.get(joint, [])
-        return [found] if isinstance(found, dict) else list(found)
+        result = rules.get(joint, [])
+        return [result] if isinstance(result, dict) else list(result)
 
     for joint in WALKER15.joints:
-        found = [rule for rules in (mapping.joints, mapping.otherwise) for rule in ways(rules, joint)]
-        assert found, joint
-        for rule in found:
+        result = [rule for rules in (mapping.joints, mapping.otherwise) for rule in ways(rules, joint)]
+        assert result, joint
+        for rule in result:
             assert sum(rule.values()) == pytest.approx(1)
     for rules in (mapping.joints, mapping.otherwise):
         for joint in rules:
@@ -139,8 +139,8 @@ def test_the_markers_alone_come_near_the_model() -> None:
         positions = motion.positions_mm.copy()
         positions[:, names.index("RPSI")] = positions[:, names.index("LPSI")]
         both = type(motion)(**{**vars(motion), "names": names, "positions_mm": positions})
-        apart = map_joints(both, markers_only)[0] - map_joints(motion, mapping)[0]
-        distances.append(np.nanmedian(np.linalg.norm(apart, axis=-1), axis=0))
+        distance = map_joints(both, markers_only)[0] - map_joints(motion, mapping)[0]
+        distances.append(np.nanmedian(np.linalg.norm(distance, axis=-1), axis=0))
     median = dict(zip(WALKER15.joints, np.median(distances, axis=0), strict=True))
     stated = {"hip": 21, "knee": 9, "ankle": 10, "shoulder": 15, "elbow": 43, "wrist": 32}
     for joint, value in stated.items():

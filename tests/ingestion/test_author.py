@@ -86,10 +86,10 @@ def test_the_files_come_from_their_addresses_with_their_sha256(
         find(AVERAGE, table=listed, raw=str(tmp_path / "raw"))
     report = fetch.fetch(Path(listed), tmp_path / "raw", only=["author"])
     assert (report.fetched, report.failed) == ([*contents], [])
-    found = find(AVERAGE, table=listed, raw=str(tmp_path / "raw"))
-    assert found.path == tmp_path / "raw" / AVERAGE[0]
-    assert found.terms == "made up"
-    np.testing.assert_array_equal(fourier_walks.average_walker(found.path).mean, made_up_walker.walker()[0])
+    result = find(AVERAGE, table=listed, raw=str(tmp_path / "raw"))
+    assert result.path == tmp_path / "raw" / AVERAGE[0]
+    assert result.terms == "made up"
+    np.testing.assert_array_equal(fourier_walks.average_walker(result.path).mean, made_up_walker.walker()[0])
     monkeypatch.setitem(contents, AVERAGE[0], contents[AVERAGE[0]].replace(b"1", b"2"))
     (tmp_path / "other").mkdir()
     (reason,) = fetch.fetch(Path(listed), tmp_path / "other", only=[AVERAGE[0]]).failed
@@ -102,8 +102,8 @@ def test_a_mirror_has_json_and_a_file_that_is_another_is_refused(
     listed = table(tmp_path, contents)
     put(tmp_path / "shelf", {AVERAGE[1]: contents[AVERAGE[1]]})
     for mirror in ("shelf", "shelf/author"):
-        found = find(AVERAGE, table=listed, raw="nowhere", mirror=f"nowhere:{tmp_path / mirror}")
-        assert found.path == tmp_path / "shelf" / AVERAGE[1]
+        result = find(AVERAGE, table=listed, raw="nowhere", mirror=f"nowhere:{tmp_path / mirror}")
+        assert result.path == tmp_path / "shelf" / AVERAGE[1]
     changed = contents[AVERAGE[1]].replace(b"made up", b"MADE UP")
     put(tmp_path / "shelf", {AVERAGE[1]: changed})
     with rejects("another_file", AVERAGE[1]):
@@ -184,18 +184,18 @@ def test_the_authors_files_are_those_that_are_listed() -> None:
 def test_light_archives_have_no_figure_of_the_authors_walkers(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    kept: list[list[str]] = []
+    retained: list[list[str]] = []
 
     def keep_light(folder: Path, target: Path, figures: list[str], **_: Any) -> dict[str, int]:
-        kept.append(list(figures))
+        retained.append(list(figures))
         return {}
 
     monkeypatch.setattr("pipeline.report.light.keep_light", keep_light)
     assert keep(["data=synthetic", "light=1", f"results={tmp_path}"]) == 0
-    assert "zhang2007_structure" in kept[0]
-    assert "zhang2007_author" not in kept[0]
+    assert "zhang2007_structure" in retained[0]
+    assert "zhang2007_author" not in retained[0]
     with rejects("no_copies", "author"):
         keep(["data=author", "light=1", f"results={tmp_path}"])
     with rejects("no_copies", "zhang2007_author"):
         keep(["data=synthetic", "light=1", "only=zhang2007_author", f"results={tmp_path}"])
-    assert len(kept) == 1
+    assert len(retained) == 1

@@ -80,9 +80,9 @@ def test_what_the_user_states_counts_before_what_the_joints_say(
     motion = pipeline.read(path, units="cm")
     with pytest.warns(UserWarning, match="the body stands along"):
         lying, _ = pipeline.joints(motion, up=up)
-    own = (person[:, HEAD] - person[:, PELVIS]) * 1.0
-    seen = {"y": own[:, 1], "-x": -own[:, 0]}[up]  # heights along that axis
-    np.testing.assert_allclose((lying[:, HEAD] - lying[:, PELVIS])[:, 2], seen, atol=0.01)
+    reference = (person[:, HEAD] - person[:, PELVIS]) * 1.0
+    observed = {"y": reference[:, 1], "-x": -reference[:, 0]}[up]  # heights along that axis
+    np.testing.assert_allclose((lying[:, HEAD] - lying[:, PELVIS])[:, 2], observed, atol=0.01)
     stated = pipeline.read(path, units="cm", up=up)
     np.testing.assert_array_equal(stated.positions_mm, motion.positions_mm)
     with pytest.warns(UserWarning, match="the body stands along"):
@@ -98,8 +98,8 @@ def test_a_walk_is_represented_alike_in_any_axes(person: np.ndarray, tmp_path: P
     expected = pipeline.represent(paths[0], units="cm")
     for path, up in zip(paths[1:], "zx", strict=True):
         with pytest.warns(UserWarning, match=f"stands along {up}"):
-            found = pipeline.represent(path, units="cm")
-        np.testing.assert_allclose(found.coefficients, expected.coefficients, atol=0.01)
+            representation = pipeline.represent(path, units="cm")
+        np.testing.assert_allclose(representation.coefficients, expected.coefficients, atol=0.01)
         np.testing.assert_allclose(
             pipeline.represent(path, units="cm", up=up).coefficients, expected.coefficients, atol=0.01
         )
@@ -114,20 +114,20 @@ def test_export_writes_joints_and_points_upright(
         target = export([source, "units=cm", *options, f"to={tmp_path / options[0]}.trc"])  # y up in OpenSim
         written = formats.read(target)
         heights = [written.positions_mm[:, written.names.index(name), 1] for name in names]
-        own = (person[:, HEAD] - person[:, PELVIS])[:, 2]
-        np.testing.assert_allclose(heights[0] - heights[1], own, atol=0.1)
+        reference = (person[:, HEAD] - person[:, PELVIS])[:, 2]
+        np.testing.assert_allclose(heights[0] - heights[1], reference, atol=0.1)
 
 
 def test_inspect_says_which_axis_is_used_and_takes_another(person: np.ndarray, tmp_path: Path) -> None:
     source = str(cmu_bvh(tmp_path / "a.bvh", person, 1))
-    (found,) = inspect([source, "units=cm"])
-    assert "axis up: z" in found.lines
-    assert "cmu_bvh declares that y points up, but the body stands along z, which is used" in found.lines
-    assert found.strides > 2
-    (found,) = inspect([source, "units=cm", "up=-x"])
-    assert "axis up: -x" in found.lines
-    assert any(line.startswith("the body stands along") for line in found.lines)
-    assert found.strides == 0
+    (result,) = inspect([source, "units=cm"])
+    assert "axis up: z" in result.lines
+    assert "cmu_bvh declares that y points up, but the body stands along z, which is used" in result.lines
+    assert result.strides > 2
+    (result,) = inspect([source, "units=cm", "up=-x"])
+    assert "axis up: -x" in result.lines
+    assert any(line.startswith("the body stands along") for line in result.lines)
+    assert result.strides == 0
 
 
 def test_a_point_light_walker_takes_the_axis(
@@ -137,9 +137,9 @@ def test_a_point_light_walker_takes_the_axis(
     heights = []
     for options in ([], ["up=z"]):
         target = tmp_path / f"{len(options)}.csv"
-        said = say("pointlight", source, "units=cm", *options, f"to={target}")
-        assert said.status == 0, said.err
-        assert ("stands along z, which is used" in said.out) is (not options)
+        message = say("pointlight", source, "units=cm", *options, f"to={target}")
+        assert message.status == 0, message.err
+        assert ("stands along z, which is used" in message.out) is (not options)
         heights.append(target.read_bytes())
     assert heights[0] == heights[1]
     lying = say("pointlight", source, "units=cm", "up=y", f"to={tmp_path / 'c.csv'}")
@@ -165,10 +165,10 @@ def test_the_axis_of_a_folder_is_a_closed_choice_that_ingest_takes(
 
 
 def test_another_word_for_an_axis_is_refused_with_the_choices(say: Callable[..., Said]) -> None:
-    said = say("experiment=zhang2007_fig5", "data=folder", "data.up=w")
-    assert said.status == 1
-    assert "data.up" in said.err
-    assert "data.up: Invalid value 'w', expected one of [x, y, z, -x, -y, -z, auto]" in said.err
+    message = say("experiment=zhang2007_fig5", "data=folder", "data.up=w")
+    assert message.status == 1
+    assert "data.up" in message.err
+    assert "data.up: Invalid value 'w', expected one of [x, y, z, -x, -y, -z, auto]" in message.err
 
 
 def test_an_action_in_other_axes_is_upright_as_a_performance(person: np.ndarray, tmp_path: Path) -> None:

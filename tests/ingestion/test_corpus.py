@@ -79,10 +79,10 @@ def test_recordings_are_hashed_once_and_the_absent_ones_are_told_apart(
 
     monkeypatch.setattr(Path, "read_bytes", noted)
     for _ in range(3):
-        here, gone = listed_clips(Listing(table, raw, [], {"walker15": OWN_JOINTS}), ["here"], "walk")
-        assert [clip.name for clip in here] == ["first.trc", "second.trc"]
+        start, gone = listed_clips(Listing(table, raw, [], {"walker15": OWN_JOINTS}), ["here"], "walk")
+        assert [clip.name for clip in start] == ["first.trc", "second.trc"]
         assert [clip.name for clip in gone] == ["gone_b.trc", "gone_a.trc"]
-        assert {clip.mismatch for clip in here} == {""}
+        assert {clip.mismatch for clip in start} == {""}
     assert sorted(read) == ["first.trc", "second.trc"]
 
 
@@ -115,8 +115,8 @@ def test_a_changed_file_of_the_same_size_is_refused_by_name(
 def test_a_changed_file_is_refused_though_a_mirror_has_the_right_one(
     tmp_path: Path, listing: Listing
 ) -> None:
-    for place in ("raw", "mirror"):
-        lay_out(tmp_path / place)
+    for position in ("raw", "mirror"):
+        lay_out(tmp_path / position)
     spoil(tmp_path / "raw/zoo/a.c3d")
     assert "zoo/a.c3d" in present(listing)["zoo/a.c3d"].mismatch
 
@@ -137,11 +137,11 @@ def test_a_skeleton_that_is_not_listed_is_refused(tmp_path: Path, place: str) ->
 def test_a_file_that_changes_between_listing_and_reading_is_refused(tmp_path: Path, listing: Listing) -> None:
     lay_out(tmp_path / "raw")
     listed = present(listing)["zoo/a.c3d"]
-    own = folder_clips(str(tmp_path / "raw"), "zoo/*", "", skeleton=OWN_JOINTS, frame_rate_hz=0.0, units="")[
-        0
-    ]
+    reference = folder_clips(
+        str(tmp_path / "raw"), "zoo/*", "", skeleton=OWN_JOINTS, frame_rate_hz=0.0, units=""
+    )[0]
     spoil(tmp_path / "raw/zoo/a.c3d")
-    for clip in (listed, own):
+    for clip in (listed, reference):
         with rejects("file_changed", clip.name):
             read_clip(clip)
 

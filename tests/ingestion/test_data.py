@@ -36,8 +36,8 @@ def listed(tmp_path: Path) -> RecordedData:
 
 
 def request(data: Any, corpus: Corpus, *, seed: int = 1, workers: int = 1) -> Request:
-    made: Request = data.request(corpus, Skeleton(), seed, workers)
-    return made
+    output: Request = data.request(corpus, Skeleton(), seed, workers)
+    return output
 
 
 def names(made: Request) -> list[str]:
@@ -60,12 +60,12 @@ def test_own_folders_are_further_sources_of_walks(listed: RecordedData, tmp_path
         (tmp_path / folder / "anna_01.trc").write_text(folder)
     listed.folders = [str(tmp_path / "Lab A"), str(tmp_path / "Lab B")]
     clips = request(listed, WALKS).options["clips"]
-    own = [clip for clip in clips if clip["source"].startswith("Lab")]
-    assert [(clip["source"], clip["person"], clip["name"]) for clip in own] == [
+    reference = [clip for clip in clips if clip["source"].startswith("Lab")]
+    assert [(clip["source"], clip["person"], clip["name"]) for clip in reference] == [
         ("Lab A", "Lab A/anna", "Lab A/anna_01.trc"),
         ("Lab B", "Lab B/anna", "Lab B/anna_01.trc"),
     ]
-    assert len(clips) == 4 + len(own)
+    assert len(clips) == 4 + len(reference)
     assert len(request(listed, PERFORMANCES).options["clips"]) == 3
     listed.folders = [str(tmp_path / "nowhere")]
     with rejects("no_folder", "data.path"):
@@ -117,9 +117,9 @@ def test_clips_of_a_kind_depend_on_the_options_of_that_kind_alone(
 def test_another_seed_is_another_request_and_another_number_of_threads_is_not(corpus: Corpus) -> None:
     plain = SyntheticData(name="synthetic")
     options = [request(plain, corpus, seed=s, workers=w).options for s, w in ((1, 1), (1, 3), (2, 1))]
-    one, threads, seed = map(canonical, options)
-    assert one == threads
-    assert one != seed
+    first, threads, seed = map(canonical, options)
+    assert first == threads
+    assert first != seed
 
 
 def test_where_a_recording_lies_is_no_part_of_the_request(listed: RecordedData, tmp_path: Path) -> None:

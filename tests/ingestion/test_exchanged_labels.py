@@ -19,16 +19,16 @@ HZ, EVERY = 60.0, range(len(WALKER15.joints))
 
 
 def walk() -> np.ndarray:
-    made = walking_population(np.random.default_rng(2), male=1, female=0, duration_s=4.0, frame_rate_hz=HZ)
-    return made.positions_mm[0]
+    output = walking_population(np.random.default_rng(2), male=1, female=0, duration_s=4.0, frame_rate_hz=HZ)
+    return output.positions_mm[0]
 
 
 def exchanged(positions: np.ndarray, joint: str, first: int, count: int) -> np.ndarray:
     pair = [WALKER15.index(f"{side}_{joint}") for side in ("left", "right")]
     frames = np.arange(first, first + count)
-    made = positions.copy()
-    made[np.ix_(frames, pair)] = positions[np.ix_(frames, pair[::-1])]
-    return made
+    original = positions.copy()
+    original[np.ix_(frames, pair)] = positions[np.ix_(frames, pair[::-1])]
+    return original
 
 
 def recorded(positions: np.ndarray) -> MotionCapture:
@@ -40,19 +40,19 @@ def recorded(positions: np.ndarray) -> MotionCapture:
 def test_labels_are_exchanged_back(joint: str, first: int, count: int) -> None:
     truth = walk()
     assert exchanged_back(recorded(truth), EVERY).notes == ()
-    found = exchanged_back(recorded(exchanged(truth, joint, first, count)), EVERY)
-    np.testing.assert_array_equal(found.positions_mm, truth)
-    (note,) = remarks_of(EXCHANGED, found.notes)
+    result = exchanged_back(recorded(exchanged(truth, joint, first, count)), EVERY)
+    np.testing.assert_array_equal(result.positions_mm, truth)
+    (note,) = remarks_of(EXCHANGED, result.notes)
     assert f"left_{joint} and right_{joint} have exchanged labels: {count} frames from {first} to" in note
 
 
 def test_points_that_were_never_looked_at_and_halves_of_a_walk_stay() -> None:
-    made = recorded(exchanged(walk(), "ankle", 100, 10))
-    assert exchanged_back(made, range(9)).notes == ()
+    output = recorded(exchanged(walk(), "ankle", 100, 10))
+    assert exchanged_back(output, range(9)).notes == ()
     half = exchanged(walk(), "ankle", 100, round(MAX_EXCHANGED * 240) + 2)
-    found = exchanged_back(recorded(half), EVERY)
-    np.testing.assert_array_equal(found.positions_mm, half)
-    assert "the labels change at frame 100" in remarks_of(EXCHANGED, found.notes)[0]
+    result = exchanged_back(recorded(half), EVERY)
+    np.testing.assert_array_equal(result.positions_mm, half)
+    assert "the labels change at frame 100" in remarks_of(EXCHANGED, result.notes)[0]
 
 
 def test_a_walk_is_as_it_was_and_a_warning_says_why(tmp_path: Path) -> None:
@@ -61,8 +61,8 @@ def test_a_walk_is_as_it_was_and_a_warning_says_why(tmp_path: Path) -> None:
         trc.write(tmp_path / f"{name}.trc", WALKER15.joints, positions, HZ)
     expected = represent(tmp_path / "truth.trc").coefficients
     with pytest.warns(UserWarning, match=r"a\.trc: left_ankle and right_ankle have exchanged labels"):
-        found = represent(tmp_path / "a.trc").coefficients
-    np.testing.assert_array_equal(found, expected)
+        result = represent(tmp_path / "a.trc").coefficients
+    np.testing.assert_array_equal(result, expected)
 
 
 @pytest.mark.parametrize("factor", [0.5, 2.0])

@@ -24,10 +24,10 @@ LIMBS = [joint for joint in WALKER15.joints if "_" in joint]
 @pytest.fixture(scope="module")
 def people() -> np.ndarray:
     """Walks that the average walker was not made of, (4, T, 15, 3), mm."""
-    made = walkers.walking_population(
+    output = walkers.walking_population(
         np.random.default_rng(5), male=2, female=2, duration_s=3.0, frame_rate_hz=HZ
     )
-    return np.asarray(made.positions_mm)
+    return np.asarray(output.positions_mm)
 
 
 def recorded(names: list[str], positions: np.ndarray) -> MotionCapture:
@@ -55,10 +55,10 @@ def test_points_without_names_in_any_order_are_told_by_where_they_are(
 ) -> None:
     positions = size * walking.turn_about_vertical(people[person], turn)[:, order]
     motion = recorded([f"M{k}" for k in range(15)], np.roll(positions, up + 1, axis=-1))
-    own = {joint: [f"M{order.index(j)}"] for j, joint in enumerate(WALKER15.joints)}
-    told = found(motion)
-    assert {joint: told.get(joint) for joint in LIMBS} == {joint: own[joint] for joint in LIMBS}
-    assert told["head"] == own["head"]
+    reference = {joint: [f"M{order.index(j)}"] for j, joint in enumerate(WALKER15.joints)}
+    described = found(motion)
+    assert {joint: described.get(joint) for joint in LIMBS} == {joint: reference[joint] for joint in LIMBS}
+    assert described["head"] == reference["head"]
 
 
 @settings(max_examples=4, deadline=None)
@@ -72,16 +72,16 @@ def test_sides_alone_are_enough(people: np.ndarray, person: int, order: list[int
         for k, joint in enumerate(WALKER15.joints)
     }
     positions = walking.turn_about_vertical(people[person], turn)[:, order]
-    told = found(recorded([renamed[WALKER15.joints[j]] for j in order], positions))
-    assert {joint: told.get(joint) for joint in LIMBS} == {joint: [renamed[joint]] for joint in LIMBS}
+    described = found(recorded([renamed[WALKER15.joints[j]] for j in order], positions))
+    assert {joint: described.get(joint) for joint in LIMBS} == {joint: [renamed[joint]] for joint in LIMBS}
 
 
 def test_legs_alone_are_not_taken_for_a_whole_body(people: np.ndarray) -> None:
     """By heights alone the hips, the highest points there are, would be the head's."""
     legs = range(8, 15)
     names = ["M", "L_a", "L_b", "L_c", "R_a", "R_b", "R_c"]
-    told = found(recorded(names, people[0][:, list(legs)]))
-    assert {joint: points for joint, points in told.items() if "_" in joint} == {
+    described = found(recorded(names, people[0][:, list(legs)]))
+    assert {joint: points for joint, points in described.items() if "_" in joint} == {
         WALKER15.joints[j]: [name] for j, name in list(zip(legs, names, strict=True))[1:]
     }
 
@@ -93,8 +93,8 @@ def test_a_marker_that_is_called_after_a_segment_is_a_joint_at_its_upper_end_alo
     names = [joint.replace("knee", "m") for joint in WALKER15.joints]
     shanks = (people[1][:, [10, 13]] + people[1][:, [11, 14]]) / 2
     motion = recorded([*names, "left_shank", "right_shank"], np.concatenate([people[1], shanks], axis=1))
-    told = found(motion)
-    assert (told["left_knee"], told["right_knee"]) == (["left_m"], ["right_m"])
+    described = found(motion)
+    assert (described["left_knee"], described["right_knee"]) == (["left_m"], ["right_m"])
 
 
 def test_a_name_that_lies_far_from_its_joint_is_not_believed(people: np.ndarray) -> None:
@@ -102,9 +102,9 @@ def test_a_name_that_lies_far_from_its_joint_is_not_believed(people: np.ndarray)
     names = [joint.replace("knee", "m") for joint in WALKER15.joints]
     astray = np.stack([people[1][:, 8] + [side, 900.0, 100.0] for side in (-100.0, 100.0)], axis=1)
     motion = recorded([*names, "left_knee", "right_knee"], np.concatenate([people[1], astray], axis=1))
-    told = found(motion)
-    assert (told["left_knee"], told["right_knee"]) == (["left_m"], ["right_m"])
-    assert told["left_hip"] == ["left_hip"]
+    described = found(motion)
+    assert (described["left_knee"], described["right_knee"]) == (["left_m"], ["right_m"])
+    assert described["left_hip"] == ["left_hip"]
 
 
 def xsens(person: np.ndarray, *more: str) -> MotionCapture:
@@ -177,10 +177,10 @@ def test_bony_landmarks_become_the_middles_of_joints_and_hips_by_a_regression(
 
 def test_no_hip_is_proposed_from_the_centre_of_the_pelvis_alone(people: np.ndarray) -> None:
     motion = xsens(people[0])
-    kept = [k for k, name in enumerate(motion.names) if "Trochanter" not in name and "ASI" not in name]
-    names = [motion.names[k] for k in kept] + ["pTop", "pIJ"]
+    retained = [k for k, name in enumerate(motion.names) if "Trochanter" not in name and "ASI" not in name]
+    names = [motion.names[k] for k in retained] + ["pTop", "pIJ"]
     more = [people[0][:, [j]] for j in (0, 1)]
-    motion = recorded(names, np.concatenate([motion.positions_mm[:, kept], *more], axis=1))
+    motion = recorded(names, np.concatenate([motion.positions_mm[:, retained], *more], axis=1))
     mapping = propose(motion, "my_lab")
     assert mappings.check(motion, mapping) == []
     assert not {"left_hip", "right_hip"} & mapping.joints.keys()

@@ -50,7 +50,7 @@ def test_knees_and_ankles_are_where_the_missing_markers_would_have_shown_them(
     walk, static = trials(noise_mm=noise_mm)
     motion = recorded(without(walk, ANATOMICAL))
     assert not mappings.suggest(motion, KNOWN).usable
-    posture = recorded({name: np.median(place, axis=0)[None] for name, place in static.items()})
+    posture = recorded({name: np.median(position, axis=0)[None] for name, position in static.items()})
     carried = joints.carry(motion, posture, "static.trc", KNOWN)
     off = np.linalg.norm(mapped(carried) - mapped(recorded(truth)), axis=-1)[:, LEGS]
     assert np.sqrt(np.mean(off**2)) <= within_mm
@@ -72,7 +72,7 @@ def test_a_marker_that_is_lost_part_of_the_time_takes_no_part_then() -> None:
     truth = mapped(recorded(walk))
     walk["R.Thigh.Upper"][10:20] = np.nan
     walk["L.Shank.Front"][30:40] = np.nan
-    posture = recorded({name: place[:1] for name, place in static.items()})
+    posture = recorded({name: position[:1] for name, position in static.items()})
     carried = joints.carry(recorded(without(walk, ANATOMICAL)), posture, "static.trc", KNOWN)
     off = np.linalg.norm(mapped(carried) - truth, axis=-1)[:, LEGS]
     lost = np.isnan(off)
@@ -83,7 +83,7 @@ def test_a_marker_that_is_lost_part_of_the_time_takes_no_part_then() -> None:
 def test_a_marker_that_was_stuck_elsewhere_leaves_the_cluster() -> None:
     walk, static = trials()
     posture = recorded(
-        {name: place[:1] + (40.0 if name == "R.Thigh.Front" else 0.0) for name, place in static.items()}
+        {name: position[:1] + (40.0 if name == "R.Thigh.Front" else 0.0) for name, position in static.items()}
     )
     with_three = without(walk, ANATOMICAL)
     carried = joints.carry(recorded(with_three), posture, "static.trc", KNOWN)
@@ -95,7 +95,7 @@ def test_nothing_is_carried_by_what_is_no_part_of_its_segment() -> None:
     """Elbows hang beside the thighs, toes are near the ankles, the hips' markers near clusters of the thighs."""
     walk, static = trials()
     gone = ["R.Elbow", "L.Elbow", "R.Wrist.Lat", "Sternum", "R.Toe.Tip", "L.Toe.Tip", "R.ASIS"]
-    posture = recorded({name: place[:1] for name, place in static.items()})
+    posture = recorded({name: position[:1] for name, position in static.items()})
     carried = joints.carry(recorded(without(walk, [*ANATOMICAL, *gone])), posture, "static.trc", KNOWN)
     assert not set(gone) & set(carried.names)
     # Three markers of a side of the pelvis are rigid, too, and beside no segment of the leg.
@@ -105,7 +105,7 @@ def test_nothing_is_carried_by_what_is_no_part_of_its_segment() -> None:
             points |= {f"{side}.PSIS": points["V.Sacral"] + across}
             points |= {f"{side}.Crest": 0.5 * (points[f"{side}.PSIS"] + points[f"{side}.ASIS"]) + across}
     gone = [*ANATOMICAL, *(name for name in walk if "Thigh" in name)]
-    posture = recorded({name: place[:1] for name, place in static.items()})
+    posture = recorded({name: position[:1] for name, position in static.items()})
     carried = joints.carry(recorded(without(walk, gone)), posture, "static.trc", KNOWN)
     assert not [name for name in carried.names if "Knee" in name or "Thigh" in name]
 
@@ -115,11 +115,11 @@ def test_a_static_trial_that_is_none_is_refused(tmp_path: Path) -> None:
     clustered = without(walk, ANATOMICAL)
     with rejects("not_still"):
         joints.standing(save(tmp_path / "static.trc", walk))
-    posture = recorded({name: place[:1] for name, place in static.items()})
+    posture = recorded({name: position[:1] for name, position in static.items()})
     with rejects("no_legs"):
         joints.carry(recorded(clustered), recorded(without(clustered, [])), "static.trc", KNOWN)
     unclustered = {
-        name: place for name, place in clustered.items() if "Thigh" not in name and "Shank" not in name
+        name: position for name, position in clustered.items() if "Thigh" not in name and "Shank" not in name
     }
     with rejects("no_cluster"):
         joints.carry(recorded(unclustered), posture, "static.trc", KNOWN)
@@ -131,11 +131,11 @@ def test_statics_are_told_by_name_by_folder_or_tried() -> None:
         Path("lab/ben_1.c3d"): "ben", Path("lab/ben_2.c3d"): "ben", Path("lab/local_1.c3d"): "local",
         Path("eve/walk.c3d"): "walk", Path("eve/static.c3d"): "static",
     }  # fmt: skip
-    found = {path.name: [other.name for other in others] for path, others in static_trials(files).items()}
-    assert found["anna_walk1.c3d"] == found["anna_2.c3d"] == ["anna_Static01.c3d"]
-    assert found["ben_1.c3d"] == ["ben_2.c3d"]
-    assert found["local_1.c3d"] == []
-    assert found["walk.c3d"] == ["static.c3d"]
+    result = {path.name: [other.name for other in others] for path, others in static_trials(files).items()}
+    assert result["anna_walk1.c3d"] == result["anna_2.c3d"] == ["anna_Static01.c3d"]
+    assert result["ben_1.c3d"] == ["ben_2.c3d"]
+    assert result["local_1.c3d"] == []
+    assert result["walk.c3d"] == ["static.c3d"]
 
 
 def test_a_folder_of_one_static_and_two_walks_a_person_loads(tmp_path: Path) -> None:
@@ -152,11 +152,11 @@ def test_a_folder_of_one_static_and_two_walks_a_person_loads(tmp_path: Path) -> 
     request = FolderData(name="folder", path=str(tmp_path)).request(WALKS, Skeleton(mapping="auto"), 1, 1)
     walks = request.make()
     assert list(walks.person) == ["anna", "anna", "ben", "ben", "carl", "carl"]
-    kept = [row for row in walks.report if row["verdict"] == "kept"]
-    for row, static in zip(kept, np.repeat(list(statics.values()), 2), strict=True):
+    retained = [row for row in walks.report if row["verdict"] == "kept"]
+    for row, static in zip(retained, np.repeat(list(statics.values()), 2), strict=True):
         assert f"Added from the static trial {static}" in row["reason"]
         assert not row["missing_joints"]
-    refused = {row["clip"] for row in walks.report} - {row["clip"] for row in kept}
+    refused = {row["clip"] for row in walks.report} - {row["clip"] for row in retained}
     assert refused == {f"{who}/{name}" for who, name in statics.items()}
     again = request.options["clips"][0]["statics"]
     save(tmp_path / "anna" / "anna_cal.trc", {k: v + 1.0 for k, v in trials(0)[1].items()})
@@ -169,22 +169,22 @@ def test_inspect_takes_a_static_trial_and_guesses_no_joint_from_clusters(tmp_pat
     clustered = without(walk, ANATOMICAL)
     alone = save(tmp_path / "walk" / "anna_1.trc", clustered)
     other = save(tmp_path / "other" / "standing.trc", static)
-    (found,) = inspect([str(alone), f"write={tmp_path / 'my_lab.yaml'}"])
-    assert (found.mapping, found.strides) == ("", 0.0)
-    told = "\n".join(found.lines)
-    assert "mark no joint: R.Thigh.Upper, R.Thigh.Front, R.Thigh.Rear; R.Shank.Upper" in told
-    assert "static=" in told
+    (result,) = inspect([str(alone), f"write={tmp_path / 'my_lab.yaml'}"])
+    assert (result.mapping, result.strides) == ("", 0.0)
+    described = "\n".join(result.lines)
+    assert "mark no joint: R.Thigh.Upper, R.Thigh.Front, R.Thigh.Rear; R.Shank.Upper" in described
+    assert "static=" in described
     guessed = [point for rule in mappings.load(tmp_path / "my_lab.yaml").joints.values() for point in rule]
     assert not [point for point in guessed if "Thigh" in point or "Shank" in point]
-    (found,) = inspect([str(alone), f"static={other}"])
-    assert found.mapping == "gait2392"
-    assert found.strides > 3
-    assert any("15 of 15 joints" in line for line in found.lines)
-    (found,) = inspect([str(alone), f"static={alone}"])
-    assert "does not stand still" in found.lines[-1]
+    (result,) = inspect([str(alone), f"static={other}"])
+    assert result.mapping == "gait2392"
+    assert result.strides > 3
+    assert any("15 of 15 joints" in line for line in result.lines)
+    (result,) = inspect([str(alone), f"static={alone}"])
+    assert "does not stand still" in result.lines[-1]
     save(tmp_path / "walk" / "anna_static.trc", static)
-    (found,) = inspect([str(alone)])
-    assert found.strides > 3
+    (result,) = inspect([str(alone)])
+    assert result.strides > 3
     moving, still = inspect([str(tmp_path / "walk")])
     assert any("15 of 15 joints" in line for line in moving.lines)
     assert any("nobody moves" in line for line in still.lines)
@@ -200,8 +200,8 @@ def test_inspect_takes_a_static_trial_and_guesses_no_joint_from_clusters(tmp_pat
 )
 def test_points_of_a_cluster_are_known_by_moving_together(names: tuple[str, ...]) -> None:
     walk, _ = trials()
-    of = [f"{names[0][0]}.Thigh.{end}" for end in ("Upper", "Front", "Rear")]
-    points = dict(zip(names, (walk[name] for name in of), strict=True))
+    owner = [f"{names[0][0]}.Thigh.{end}" for end in ("Upper", "Front", "Rear")]
+    points = dict(zip(names, (walk[name] for name in owner), strict=True))
     motion = recorded({"V.Sacral": walk["V.Sacral"], **points})
     assert joints.technical_clusters(motion) == [[1, 2, 3]]
     loose = recorded({**points, names[0]: walk["R.Heel"]})

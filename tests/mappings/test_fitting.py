@@ -191,8 +191,8 @@ def test_joints_and_sides_in_other_languages(words: str, written: str) -> None:
     joints, _ = map_joints(motion, fit.mapping)
     np.testing.assert_array_equal(joints[0, 3:8, 2], HEIGHT[3:8])
     assert joints[0, WALKER15.index("left_knee"), 0] == SIDE[WALKER15.index("left_knee")]
-    found = detections("csv", "a", [(0, "", np.arange(45.0).reshape(15, 3))], 1, names=motion.names)
-    layout, order, _ = layouts.recognise(found)
+    result = detections("csv", "a", [(0, "", np.arange(45.0).reshape(15, 3))], 1, names=motion.names)
+    layout, order, _ = layouts.recognise(result)
     assert motion.names[order[layout.points.index("left_knee")]] == names["left_knee"]
 
 
@@ -220,8 +220,8 @@ def test_without_legs_nothing_fits() -> None:
 def test_a_unit_that_nobody_stated_is_told_by_the_legs_and_said(unit: str, factor: float) -> None:
     motion = dataclasses.replace(body({joint: joint for joint in WALKER15.joints}), units_assumed=True)
     mapping = mappings.shipped()["walker15"]
-    found, sentence = mappings.rescaled(motion, mapping, 850.0 / factor)
-    assert found == pytest.approx(factor)
+    result, sentence = mappings.rescaled(motion, mapping, 850.0 / factor)
+    assert result == pytest.approx(factor)
     assert f"taken as {unit}" in sentence
     assert mappings.rescaled(motion, mapping, 850.0) == (
         1.0,
@@ -318,8 +318,8 @@ def test_lateral_markers_that_are_called_knee_and_ankle_lie_outside_of_them(
     fit = mappings.suggest(motion, mappings.shipped().values())
     assert (fit.mapping.name, fit.missing) == ("helen_hayes", ("head", "sternum"))
     knee, other, waist = (motion.positions_mm[:, k] for k in (6, 11, 1))
-    found = map_joints(motion, fit.mapping)[0][:, WALKER15.index("left_knee")]
-    np.testing.assert_allclose(found, knee + 0.24 * (other - waist))
+    result = map_joints(motion, fit.mapping)[0][:, WALKER15.index("left_knee")]
+    np.testing.assert_allclose(result, knee + 0.24 * (other - waist))
 
 
 def test_markers_and_joints_that_differ_in_case_alone() -> None:

@@ -35,7 +35,7 @@ BOTH = np.concatenate([FIRST, SECOND], axis=1)
 
 def two(named: Callable[[str, str], str], who: Sequence[str] = ("anna", "ben")) -> MotionCapture:
     """Two people standing beside each other, their points named by the function."""
-    return recording(tuple(named(one, joint) for one in who for joint in JOINTS), BOTH)
+    return recording(tuple(named(first, joint) for first in who for joint in JOINTS), BOTH)
 
 
 @pytest.mark.parametrize(
@@ -122,7 +122,7 @@ def test_nothing_measured_is_said() -> None:
 )
 def test_files_of_two_people(name: str, tmp_path: Path) -> None:
     path, who = tmp_path / name, ("anna", "ben")
-    names = [f"{one}:{joint}" for one in who for joint in JOINTS]
+    names = [f"{first}:{joint}" for first in who for joint in JOINTS]
     parents = [parent + shift if parent >= 0 else -1 for shift in (0, 15) for parent in WALKER15.parents]
     if name == "a.c3d":
         write_c3d(path, names, BOTH, 50.0)
@@ -157,14 +157,14 @@ def xsens(who: Sequence[str]) -> str:
         "RightFoot": 14, "Pelvis": 8, "L5": 8, "T8": 1,
     }  # fmt: skip
     subjects = ""
-    for one, positions in zip(who, (FIRST, SECOND), strict=True):
+    for first, positions in zip(who, (FIRST, SECOND), strict=True):
         listed = "".join(f'<segment label="{name}"/>' for name in segments)
         frames = "".join(
             f'<frame type="normal"><position>{" ".join(map(str, posture.ravel()))}</position></frame>'
             for posture in positions[:, list(segments.values())] / 1000
         )
         inside = f"<segments>{listed}</segments><frames>{frames}</frames>"
-        subjects += f'<subject label="{one}" frameRate="50">{inside}</subject>'
+        subjects += f'<subject label="{first}" frameRate="50">{inside}</subject>'
     return f"<mvnx>{subjects}</mvnx>"
 
 
@@ -178,5 +178,5 @@ def test_keypoints_and_markers_of_one_person_are_one() -> None:
     places = FIRST[:, [12, 13, 14, 9, 10, 11, 1, 12, 12, 13, 13, 14, 14, 9, 9, 10, 10, 11, 11]]
     motion = recording((*keypoints, *markers), places + np.arange(19)[:, None] * [0, 0, 1.0])
     assert people(motion, shipped().values()) == {}
-    apart = places + 1000.0 * (np.arange(19) >= 7)[:, None]
-    assert len(people(recording(motion.names, apart), shipped().values())) == 2
+    distance = places + 1000.0 * (np.arange(19) >= 7)[:, None]
+    assert len(people(recording(motion.names, distance), shipped().values())) == 2

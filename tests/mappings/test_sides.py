@@ -128,8 +128,8 @@ def test_a_users_mapping_gets_a_remark_wherever_it_is_used(tmp_path: Path) -> No
         np.concatenate([joints, medial], axis=1),
         60.0,
     )
-    own = {joint: {joint: 1.0} for joint in WALKER15.joints} | {"left_knee": {"left_knee_medial": 1.0}}
-    lines = [f"  {joint}: {{{point}: 1.0}}" for joint, rule in own.items() for point in rule]
+    reference = {joint: {joint: 1.0} for joint in WALKER15.joints} | {"left_knee": {"left_knee_medial": 1.0}}
+    lines = [f"  {joint}: {{{point}: 1.0}}" for joint, rule in reference.items() for point in rule]
     (tmp_path / "lab.yaml").write_text("joints:\n" + "\n".join(lines) + "\n", "utf-8")
     remark = (
         "left_knee (1 left_knee_medial) and right_knee (1 right_knee) follow different rules: map both alike"
@@ -139,8 +139,8 @@ def test_a_users_mapping_gets_a_remark_wherever_it_is_used(tmp_path: Path) -> No
         pipeline.represent(tmp_path / "a.trc", skeleton)
     with pytest.warns(UserWarning, match=re.escape(remark)):
         pipeline.joints(pipeline.read(tmp_path / "a.trc"), skeleton)
-    (found,) = inspect([str(tmp_path / "a.trc"), f"skeleton={skeleton}"])
-    assert remark in found.lines
+    (result,) = inspect([str(tmp_path / "a.trc"), f"skeleton={skeleton}"])
+    assert remark in result.lines
     data = FolderData(name="folder", path=str(tmp_path), pattern="*.trc")
     for corpus in (WALKS, VARIED):
         (row,) = data.request(corpus, Skeleton(mapping=skeleton), 1, 1).make().report

@@ -116,7 +116,7 @@ def test_the_register_holds_the_equations_of_every_paper_without_a_gap() -> None
         for number in numbers:
             section, _, n = number.rpartition(".")
             sections.setdefault(section, []).append(int(n))
-        assert all(found == list(range(1, len(found) + 1)) for found in sections.values()), key
+        assert all(result == list(range(1, len(result) + 1)) for result in sections.values()), key
 
 
 def test_all_81_equations_of_the_four_papers_are_there() -> None:
@@ -185,8 +185,8 @@ def test_the_graph_of_calls_follows_imports_re_exports_and_methods(tmp_path: Pat
         "from house import core\nfrom house.core import leaf as sheet\n\ndef begin():\n    core.exported()\n"
     )
     graph = CallGraph(package)
-    found = graph.reached(["house.start.begin"])
-    leaf = {name.removeprefix("house.core.leaf.") for name in found if name.startswith("house.core.leaf.")}
+    result = graph.reached(["house.start.begin"])
+    leaf = {name.removeprefix("house.core.leaf.") for name in result if name.startswith("house.core.leaf.")}
     assert leaf == {"exported", "_inner", "Tool", "Tool.work", "TABLE", "listed"}
     assert graph.resolve("house.core.exported") == "house.core.leaf.exported"
     assert graph.resolve("house.core.nothing") == "house.core.nothing"
@@ -204,8 +204,8 @@ def test_every_tag_in_the_source_is_a_numbered_equation() -> None:
 
 def test_tags_are_read_singly_in_lists_and_in_ranges() -> None:
     source = "[zhang2004 9]\n[zhang2007 4.1, 4.2] [zhang2007 A.1–A.3]\n[zhang2007 figure 5] [zhang2007 9.9]"
-    found = [(tag.paper, tag.number, tag.line) for tag in find_tags(source)]
-    assert found == [
+    result = [(tag.paper, tag.number, tag.line) for tag in find_tags(source)]
+    assert result == [
         ("zhang2004", "9", 1),
         ("zhang2007", "4.1", 2),
         ("zhang2007", "4.2", 2),
@@ -234,11 +234,11 @@ SUPERSCRIPTS = {"⁻¹": 0.1, "⁻²": 0.01, "⁰": 1.0, "¹": 10.0}
 
 def numbers_in(quote: str) -> set[float]:
     """Every number of a quotation: figures, number words, and powers of ten with or without a factor."""
-    found = {float(n) for n in re.findall(r"\d+(?:\.\d+)?", quote)}
-    found |= {float(WORDS[word]) for word in re.findall(r"[a-z]+", quote.lower()) if word in WORDS}
+    result = {float(n) for n in re.findall(r"\d+(?:\.\d+)?", quote)}
+    result |= {float(WORDS[word]) for word in re.findall(r"[a-z]+", quote.lower()) if word in WORDS}
     for factor, power in re.findall(r"(?:(\d+\.\d+) )?10(⁻¹|⁻²|⁰|¹)", quote):
-        found.add(round(float(factor or 1) * SUPERSCRIPTS[power], 12))
-    return found
+        result.add(round(float(factor or 1) * SUPERSCRIPTS[power], 12))
+    return result
 
 
 def test_every_claim_has_a_name_of_its_own() -> None:
@@ -359,11 +359,11 @@ def test_a_typed_number_of_an_explanation_is_the_papers_or_of_the_criterion(
     claim: Claim, data_name: str
 ) -> None:
     explanation = claim.why[data_name]
-    said = " ".join(
+    message = " ".join(
         map(str, (claim.text.quote, claim.text.how, claim.measure, claim.bounds.agrees, claim.bounds.close))
     )
-    said += " ".join(explanation.run.overrides) if explanation.run else ""
-    assert typed_numbers(explanation.text) <= typed_numbers(said.replace("{", "").replace("}", ""))
+    message += " ".join(explanation.run.overrides) if explanation.run else ""
+    assert typed_numbers(explanation.text) <= typed_numbers(message.replace("{", "").replace("}", ""))
 
 
 def test_words_of_causes_and_typed_numbers_are_found() -> None:
@@ -391,17 +391,19 @@ def test_a_tested_explanation_quotes_a_run_that_was_made_with_its_switch(
     assert run.scale == "full"
     sides = [run.without, *([] if run.switch == "one person" else [run.with_it])]  # of one there is no spread
     assert all(number.known for side in sides for number in side.values()), "with intervals"
-    told = explanation.in_words(claim.name, 0.0, lambda name: 0.0)
-    assert "no number" not in told
-    asked = {papers.placeholders("{" + n + "}")[0] for n in papers.placeholders(explanation.text)}
-    assert {"with", "without"} <= {name.partition("_")[0] for name in asked}, "both sides of the comparison"
+    described = explanation.in_words(claim.name, 0.0, lambda name: 0.0)
+    assert "no number" not in described
+    requested = {papers.placeholders("{" + n + "}")[0] for n in papers.placeholders(explanation.text)}
+    assert {"with", "without"} <= {name.partition("_")[0] for name in requested}, (
+        "both sides of the comparison"
+    )
     assert any(run.with_it[name] != run.without[name] for name in run.with_it), "the switch moves something"
 
 
 def test_every_run_of_the_table_of_interventions_is_quoted() -> None:
     quoted = {(e.run.data, e.run.group, e.run.switch) for c in CLAIMS for _, e in c.explanations if e.run}
-    kept = papers.read_runs(ROOT / "conf" / "paper" / papers.INTERVENTIONS)
-    assert set(kept) == quoted
+    retained = papers.read_runs(ROOT / "conf" / "paper" / papers.INTERVENTIONS)
+    assert set(retained) == quoted
 
 
 def test_a_claim_like_another_differs_only_in_what_it_says() -> None:
@@ -700,9 +702,9 @@ def test_an_explanation_quotes_the_run_that_tested_it(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("clips", "least"), [("walks", 10), ("clips", 10), ("performances", 3)])
 def test_no_file_lowers_how_few_people_decide_nothing(tmp_path: Path, clips: str, least: int) -> None:
     text = LITTLE.replace("clips: walks", f"clips: {clips}")
-    for asked, people in ((1, least), (40, 40)):
-        own = text.replace("    unit: mm", f"    unit: mm\n    people: {asked}")
-        assert loaded(tmp_path, own).claims[0].scope.people == people
+    for requested, people in ((1, least), (40, 40)):
+        reference = text.replace("    unit: mm", f"    unit: mm\n    people: {requested}")
+        assert loaded(tmp_path, reference).claims[0].scope.people == people
     with rejects("unknown_key", "little2000.yaml", key="people"):
         loaded(tmp_path, text.replace("year: 2000", "year: 2000\npeople: 3"))
 
@@ -1581,8 +1583,8 @@ def test_a_value_on_either_side_of_each_bound(value: float, agreement: str) -> N
 
 
 def test_a_wide_interval_or_none_decides_nothing() -> None:
-    told, why = answers(found(0.2), "optical")
-    assert told == "undecided"
+    described, why = answers(found(0.2), "optical")
+    assert described == "undecided"
     assert "the interval reaches over an end of over 0; these walkers are small" in why
     assert answers(found(10.0, half=3.0))[0] == "close", (
         "within the wider bounds, over both ends of the inner ones"
@@ -1656,15 +1658,15 @@ def test_no_claim_agrees_at_an_edge_or_by_few_and_none_loses_by_its_baseline(cla
 
 def test_what_is_assumed_of_a_data_set_cannot_be_tested_on_it() -> None:
     assumed = {"synthetic": "people are drawn so"}
-    told, why = answers(found(10.0), "synthetic", assumed=assumed)
-    assert told == "untestable"
+    described, why = answers(found(10.0), "synthetic", assumed=assumed)
+    assert described == "untestable"
     assert why.startswith("10 [9.5, 10.5] mm: assumed of this data: people are drawn so")
     assert answers(found(10.0), "optical", assumed=assumed)[0] == "agrees"
 
 
 def test_a_claim_about_one_data_set_cannot_be_tested_on_another() -> None:
-    told, why = answers(found(10.0), "optical", only=("synthetic",))
-    assert told == "untestable"
+    described, why = answers(found(10.0), "optical", only=("synthetic",))
+    assert described == "untestable"
     assert "about synthetic alone" in why
     assert answers(found(10.0), "synthetic", only=("synthetic",))[0] == "agrees"
     for name, data_name in (
@@ -1675,14 +1677,14 @@ def test_a_claim_about_one_data_set_cannot_be_tested_on_another() -> None:
 
 
 def test_recordings_that_may_be_one_persons_decide_nothing() -> None:
-    told, why = answers(replace(found(10.0), doubt="who is who is not known: a_1 may be b in b_1"))
-    assert told == "untestable"
+    described, why = answers(replace(found(10.0), doubt="who is who is not known: a_1 may be b in b_1"))
+    assert described == "untestable"
     assert "who is who is not known: a_1 may be b in b_1" in why
 
 
 def test_nine_people_are_too_few() -> None:
-    told, why = answers(found(10.0, people=9))
-    assert told == "untestable"
+    described, why = answers(found(10.0, people=9))
+    assert described == "untestable"
     assert "too few people: 9, and fewer than 10 decide nothing" in why
     assert answers(found(10.0, people=10))[0] == "agrees"
     assert answers(found(10.0, people=3), people=3)[0] == "agrees"
@@ -1690,8 +1692,8 @@ def test_nine_people_are_too_few() -> None:
 
 
 def test_an_interval_over_fewer_people_than_it_holds_its_level_for_decides_nothing() -> None:
-    told, why = answers(replace(found(10.0, people=11), drawn=11))
-    assert told == "untestable"
+    described, why = answers(replace(found(10.0, people=11), drawn=11))
+    assert described == "untestable"
     assert why.startswith("10 [9.5, 10.5] mm: too few people: an interval over fewer than 12")
     assert answers(replace(found(10.0, people=12), drawn=12))[0] == "agrees"
     assert answers(found(10.0, people=11))[0] == "agrees", "over populations it has no people to draw"
@@ -1789,7 +1791,7 @@ def test_a_missing_column_is_refused_by_name() -> None:
 def columns_read(claim: Claim) -> set[tuple[str, str]]:
     """Tables and columns that a claim's measure names."""
     assert claim.measure is not None
-    found = set()
+    result = set()
     for part in claim.measure.parts:
         if "table" in part.arguments:
             texts = {name: value for name, value in part.arguments.items() if isinstance(value, str)}
@@ -1798,8 +1800,8 @@ def columns_read(claim: Claim) -> set[tuple[str, str]]:
             if part.name in ("percent", "at_smallest"):
                 named += rows.columns_of(texts["of"])
             named += rows.columns_of(texts["where"]) if "where" in texts else []
-            found |= {(part.arguments["table"], column) for column in named}
-    return found
+            result |= {(part.arguments["table"], column) for column in named}
+    return result
 
 
 @pytest.mark.parametrize("claim", by_name(JUDGED))

@@ -30,14 +30,14 @@ def entities(path: Path) -> tuple[str, ...]:
 
 def views(path: Path) -> tuple[tuple[str, str], ...]:
     """Return the views of a recording's layout, sorted: (kind, title), e.g. ``("3D", "walkers")``."""
-    reader, found = _reader(path), set()
+    reader, result = _reader(path), set()
     for layout in reader.blueprints():
         for chunk in reader.stream(store=layout).to_chunks():
             row = chunk.to_record_batch().to_pydict()
             if "ViewBlueprint:class_identifier" in row:
                 kind, title = row["ViewBlueprint:class_identifier"], row["ViewBlueprint:display_name"]
-                found.add((kind[0][0], title[0][0]))
-    return tuple(sorted(found))
+                result.add((kind[0][0], title[0][0]))
+    return tuple(sorted(result))
 
 
 def read_column(

@@ -38,8 +38,8 @@ def write_gait(path: Path, *, positions: np.ndarray, colour: str = "original", e
         recording.skeleton("world/original/walker_07", positions, BONES, colour=colour)
         recording.skeleton("world/original/walker_08", positions + 5.0, BONES)
         recording.image_points("image/observed", positions[..., [0, 2]], BONES)
-        shown = ("world/original/walker_07",)
-        views = [Space3D(name="space", shown=shown), Image2D(name="image"), Notes()]
+        displayed = ("world/original/walker_07",)
+        views = [Space3D(name="space", shown=displayed), Image2D(name="image"), Notes()]
         recording.blueprint(Columns(*views, shares=(3, 1, 1)), playing=True)
 
 
@@ -65,8 +65,8 @@ def test_joints_that_nobody_measured_are_spheres_of_wire(tmp_path: Path) -> None
     assert {"world/a", "world/a/estimated", "world/b"} <= set(entities(tmp_path / "a.rrd"))
     assert "world/b/estimated" not in entities(tmp_path / "a.rrd")
     _, centres = read_column(tmp_path / "a.rrd", "world/a/estimated", "Ellipsoids3D:centers", "time")
-    found = np.stack([np.stack(list(cell)) for cell in centres])
-    np.testing.assert_allclose(found, positions[:, estimated] / 1000.0, rtol=1e-6)
+    result = np.stack([np.stack(list(cell)) for cell in centres])
+    np.testing.assert_allclose(result, positions[:, estimated] / 1000.0, rtol=1e-6)
     verify(tmp_path / "a.rrd")
 
 
@@ -115,8 +115,8 @@ def test_a_camera_stands_where_it_was_and_its_frustum_looks_at_what_it_saw(tmp_p
         )
     }
     axes, matrix = (np.reshape(at[name], (3, 3)) for name in ("axes", "matrix"))  # columns after one another
-    seen = (1e-3 * body[0] - np.reshape(at["place"], 3)) @ axes.T @ matrix
-    np.testing.assert_allclose(seen[:, :2] / seen[:, 2:], np.reshape(at["seen"], (15, 2)), atol=1e-5)
+    observed = (1e-3 * body[0] - np.reshape(at["place"], 3)) @ axes.T @ matrix
+    np.testing.assert_allclose(observed[:, :2] / observed[:, 2:], np.reshape(at["seen"], (15, 2)), atol=1e-5)
 
 
 def test_missing_joints_stay_missing(tmp_path: Path) -> None:
@@ -160,8 +160,8 @@ ERROR = Chart(x="view_angle_deg", y="error", by="method", styles=STYLES, label="
 
 def write_charts(path: Path, *charts: Chart, table: Any = TABLE, timeline: str = "view_angle_deg") -> None:
     """A recording of charts alone."""
-    given: dict[str, Any] = {"timeline": timeline, "charts": charts, "tables": {"table": table}}
-    with Recording(path, name="curves", about="# Curves", **given) as recording:
+    inputs: dict[str, Any] = {"timeline": timeline, "charts": charts, "tables": {"table": table}}
+    with Recording(path, name="curves", about="# Curves", **inputs) as recording:
         recording.blueprint(Rows(*recording.plots))
 
 
@@ -209,12 +209,12 @@ def test_logarithms_and_references_are_curves_too(tmp_path: Path) -> None:
     log_y=True, least=1e-3, references=[level],
                   timeline="log10_scale_per_mille")  # fmt: skip
     write_charts(tmp_path / "a.rrd", chart, table=table, timeline=chart.timeline)
-    for series, wanted in (("error", [-3.0, -1.0, 0.0]), ("mu_0", [-1.0, -1.0, -1.0])):
+    for series, target in (("error", [-3.0, -1.0, 0.0]), ("mu_0", [-1.0, -1.0, -1.0])):
         at, values = read_column(
             tmp_path / "a.rrd", f"curves/log10_error/{series}", "Scalars:scalars", chart.timeline
         )
         np.testing.assert_array_equal(at, [-1000, 0, 1000])
-        np.testing.assert_allclose(values[:, 0], wanted, atol=1e-12)
+        np.testing.assert_allclose(values[:, 0], target, atol=1e-12)
 
 
 def test_joints_that_nobody_measured_are_rings_in_an_image(tmp_path: Path) -> None:

@@ -38,9 +38,9 @@ def verify(path: Path) -> None:
     except subprocess.TimeoutExpired as error:
         raise InvalidInput("the check did not end in time", where=str(path), code="too_slow") from error
     if run.returncode:
-        said = (run.stderr or run.stdout).strip().splitlines() or ["no reason given"]
+        message = (run.stderr or run.stdout).strip().splitlines() or ["no reason given"]
         raise InvalidInput(
-            "the recording is damaged", where=str(path), received=said[-1].strip(), code="damaged"
+            "the recording is damaged", where=str(path), received=message[-1].strip(), code="damaged"
         )
 
 
@@ -79,12 +79,12 @@ def screenshot(
         probe.bind(("127.0.0.1", 0))
         port = probe.getsockname()[1]
     options = f"--headless --hide-welcome-screen --bind 127.0.0.1 --port {port}"
-    with tempfile.TemporaryFile("w+") as said:
+    with tempfile.TemporaryFile("w+") as message:
         viewer = subprocess.Popen(
             [str(PROGRAM), *options.split(), "--window-size", f"{size[0]}x{size[1]}"],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
-            stderr=said,
+            stderr=message,
             # Fewer notices over the picture.
             env={**os.environ, "RERUN_APP_ONLY": "true", "RUST_LOG": "error"},
         )
@@ -102,8 +102,8 @@ def screenshot(
             Path(png).write_bytes(client.take_screenshot())
             return complaints
         except (OSError, RuntimeError) as error:
-            said.seek(0)
-            words = [line.strip() for line in said if "panicked" in line]
+            message.seek(0)
+            words = [line.strip() for line in message if "panicked" in line]
             raise InvalidInput(
                 "the viewer stopped or did not answer",
                 where=str(path),

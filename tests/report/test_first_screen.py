@@ -115,8 +115,8 @@ def test_pictures_without_their_figure_are_refused(
     tmp_path: Path, figure: str, views: list[int], code: str, where: str
 ) -> None:
     folder = tmp_path / "synthetic" / "smoke"
-    known = arrays() | {"demonstration_view_deg": np.array(views, dtype=float)}
-    plant(folder / figure, table=table(), arrays=known, claims=CLAIM)
+    finite = arrays() | {"demonstration_view_deg": np.array(views, dtype=float)}
+    plant(folder / figure, table=table(), arrays=finite, claims=CLAIM)
     with rejects(code, where):
         results = read_published(folder, [figure])
         draw_first_screen(results, results, tmp_path / "pictures")

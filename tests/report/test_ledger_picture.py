@@ -52,22 +52,22 @@ def test_a_claim_stands_with_its_words_numbers_and_answers(tmp_path: Path) -> No
     drawn = picture(tmp_path)
     [claim] = drawn["claims"]
     assert (claim["name"], claim["figure"], claim["published"]) == (CLAIM["claim"][0], "zhang2007_fig5", 30.0)
-    found = drawn["sets"]["synthetic"][claim["name"]]
-    assert (found["value"], found["ends"], found["verdict"]) == (28.7793, [22.5, 35.0], "agrees")
-    assert (found["beyond"], found["simple"]) == ("yes", -28.0)
+    result = drawn["sets"]["synthetic"][claim["name"]]
+    assert (result["value"], result["ends"], result["verdict"]) == (28.7793, [22.5, 35.0], "agrees")
+    assert (result["beyond"], result["simple"]) == ("yes", -28.0)
     # Within the bounds: right of the line at 45 %, the middle of the bounds within the interval, baseline left of it.
-    assert found["ring"] < 45.0 < found["reach"][0] < found["at"] < found["reach"][1] == 71.5
+    assert result["ring"] < 45.0 < result["reach"][0] < result["at"] < result["reach"][1] == 71.5
 
 
 def test_other_data_sets_beside_these_stand_on_the_same_abscissa(tmp_path: Path) -> None:
     other = {**BOUNDED, "value": [15.0], "value_low": [10.0], "value_high": [19.0], "agreement": ["close"]}
     (tmp_path / "optical" / "full").mkdir(parents=True)
     tables.write(tmp_path / "optical" / "full" / "claims.csv", other)
-    found = picture(tmp_path)["sets"]
-    assert next(iter(found)) == "synthetic"
-    own, far = (found[data]["zhang2007_map_thirty_percent"] for data in ("synthetic", "optical"))
+    result = picture(tmp_path)["sets"]
+    assert next(iter(result)) == "synthetic"
+    reference, far = (result[data]["zhang2007_map_thirty_percent"] for data in ("synthetic", "optical"))
     assert far["verdict"] == "close"
-    assert far["reach"][1] < 45.0 < own["reach"][0]
+    assert far["reach"][1] < 45.0 < reference["reach"][0]
 
 
 def test_a_switch_moves_the_claims_of_its_data_set_and_scale(tmp_path: Path) -> None:
@@ -79,7 +79,7 @@ def test_a_switch_moves_the_claims_of_its_data_set_and_scale(tmp_path: Path) -> 
         {"switch": "y", "scale": "smoke"},
         {"switch": "z", "claim": "of_old"},
     )
-    assert [(one["name"], one["verdicts"]) for one in drawn["switches"]] == [
+    assert [(first["name"], first["verdicts"]) for first in drawn["switches"]] == [
         ("divisor R", 1),
         ("origin floor", 0),
     ]

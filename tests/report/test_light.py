@@ -32,10 +32,10 @@ def lock(tmp_path: Path) -> Path:
 def results(tmp_path: Path, lock: Path) -> Path:
     """Two figures at full scale, one of them with a large table and a small recording."""
     folder = tmp_path / "synthetic" / "full"
-    made: dict[str, Any] = {"scale": "full", "lock_sha256": digest(lock.read_bytes())}
+    output: dict[str, Any] = {"scale": "full", "lock_sha256": digest(lock.read_bytes())}
     large = {"table_many.csv": {"sample": list(range(40_000))}}
-    plant(folder / "zhang2007_fig5", claims=CLAIM, more=large, recording=b"RRF2 small", **made)
-    plant(folder / "mozerov2006_fig1", recording=b"RRF2" + bytes(2_500_000), **made)
+    plant(folder / "zhang2007_fig5", claims=CLAIM, more=large, recording=b"RRF2 small", **output)
+    plant(folder / "mozerov2006_fig1", recording=b"RRF2" + bytes(2_500_000), **output)
     return folder
 
 
@@ -97,8 +97,8 @@ def test_the_largest_tables_are_left_out_where_they_do_not_fit(
 
 def test_of_recorded_people_it_gives_no_motion_on(lock: Path, tmp_path: Path) -> None:
     folder, target = tmp_path / "optical" / "full", tmp_path / "light" / "optical"
-    made: dict[str, Any] = {"scale": "full", "lock_sha256": digest(lock.read_bytes())}
-    plant(folder / "zhang2007_fig5", recording=b"RRF2 small", inputs={"07_01": "0" * 64}, **made)
+    output: dict[str, Any] = {"scale": "full", "lock_sha256": digest(lock.read_bytes())}
+    plant(folder / "zhang2007_fig5", recording=b"RRF2 small", inputs={"07_01": "0" * 64}, **output)
     keep_light(folder, target, ["zhang2007_fig5"], lock=lock, **FACTS)
     assert {path.name for path in target.rglob("*")} >= {"table.csv", "figure.webp", "index.html"}
     assert not [path for path in target.rglob("*") if path.suffix in (".rrd", ".npz")]
@@ -160,9 +160,9 @@ def test_a_changed_file_is_named(results: Path, lock: Path, tmp_path: Path) -> N
     keep_light(results, target, FIGURES, lock=lock, **FACTS)
     (target / "zhang2007_fig5" / "table.csv").write_text("method\nmap\n")
     (target / "SHA256SUMS").write_text((target / "SHA256SUMS").read_text().replace("a", "b", 1))
-    told = archive.verify(target)
-    assert "zhang2007_fig5/table.csv: changed" in told
-    assert any(sentence.startswith("SHA256SUMS") for sentence in told)
+    described = archive.verify(target)
+    assert "zhang2007_fig5/table.csv: changed" in described
+    assert any(sentence.startswith("SHA256SUMS") for sentence in described)
 
 
 @pytest.mark.parametrize("change", ["", "{}", "facts", "resealed"])
@@ -180,8 +180,8 @@ def test_its_own_manifest_is_part_of_it(results: Path, lock: Path, tmp_path: Pat
         write_manifest(target, {"light": True})
     else:
         path.write_text(change)
-    told = archive.verify(target)
-    assert [sentence.split(":")[0] for sentence in told] == {
+    described = archive.verify(target)
+    assert [sentence.split(":")[0] for sentence in described] == {
         "resealed": ["zhang2007_fig5/table.csv", "SHA256SUMS"]
     }.get(change, ["manifest.json"])
 
@@ -230,10 +230,10 @@ def test_a_run_with_changed_options_is_kept_under_its_name(tmp_path: Path, lock:
         plant(run / variant / "zhang2007_fig5", lock_sha256=digest(lock.read_bytes()))
     data, figures = archive.figures_of_run(run)
     facts = {"data": data, "scale": "", "lock": lock, **FACTS}
-    kept = archive.keep(run, tmp_path / "archive", figures, name="my_variant", **facts)
-    assert kept == tmp_path / "archive" / "my_variant" / "synthetic"
-    assert archive.verify(kept) == []
-    assert (kept / "1_model.components=20" / "zhang2007_fig5" / "table.csv").is_file()
+    retained = archive.keep(run, tmp_path / "archive", figures, name="my_variant", **facts)
+    assert retained == tmp_path / "archive" / "my_variant" / "synthetic"
+    assert archive.verify(retained) == []
+    assert (retained / "1_model.components=20" / "zhang2007_fig5" / "table.csv").is_file()
     with rejects("not_plain_name"):
         archive.keep(run, tmp_path / "archive", figures, name="../elsewhere", **facts)
     with rejects("no_figure", "nothing"):

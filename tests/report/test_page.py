@@ -134,7 +134,7 @@ def test_our_numbers_and_verdicts_come_from_the_claims(results: Path) -> None:
 
 def test_kinds_intervals_and_both_answers_are_shown_where_they_are_known(tmp_path: Path) -> None:
     folder = tmp_path / "synthetic" / "smoke"
-    known = {
+    finite = {
         "kind": ["result"],
         "value_low": [25.25],
         "value_high": [31.5],
@@ -151,7 +151,7 @@ def test_kinds_intervals_and_both_answers_are_shown_where_they_are_known(tmp_pat
         "help": ["the true heading"],
         "same_as": ["zhang2007_other"],
     }
-    plant(folder / "zhang2007_fig5", claims={**CLAIM, **known})
+    plant(folder / "zhang2007_fig5", claims={**CLAIM, **finite})
     _, page = page_of(folder)
     for words in (
         "25 to 32",
@@ -177,9 +177,9 @@ def test_a_figure_is_shown_once(results: Path) -> None:
     # What has charts alone has no picture beside them, what has more or none has its picture.
     for charts, more, pictured in ((True, False, 0), (True, True, 1), (False, False, 1)):
         figure = results / "zhang2007_fig5"
-        kept = {k: v for k, v in read_manifest(figure).items() if k != "files"}
-        known = [to_json(chart) for chart in VIEW_CHARTS] if charts else []
-        write_manifest(figure, {**kept, "charts": known, "picture_beside_charts": more})
+        retained = {k: v for k, v in read_manifest(figure).items() if k != "files"}
+        finite = [to_json(chart) for chart in VIEW_CHARTS] if charts else []
+        write_manifest(figure, {**retained, "charts": finite, "picture_beside_charts": more})
         path = write_page(results, ["zhang2007_fig5"])
         page = Elements(path.read_text(encoding="utf-8"))
         assert len([tag for tag, _ in page.found if tag == "img"]) == pictured
@@ -257,8 +257,8 @@ def test_pictures_shrink_before_a_page_is_too_large(results: Path, monkeypatch: 
     noise = np.random.default_rng(0).integers(0, 256, (900, 1800, 3), dtype=np.uint8)
     figure = results / "zhang2007_fig5"
     Image.fromarray(noise).save(figure / "figure.png")
-    kept = {k: v for k, v in read_manifest(figure).items() if k != "files"}
-    write_manifest(figure, {**kept, "picture_beside_charts": True})
+    retained = {k: v for k, v in read_manifest(figure).items() if k != "files"}
+    write_manifest(figure, {**retained, "picture_beside_charts": True})
     whole = write_page(results, FIGURES).stat().st_size
     monkeypatch.setattr("pipeline.report.document.MAX_BYTES", whole - 100_000)
     assert write_page(results, FIGURES).stat().st_size < whole - 100_000
@@ -312,11 +312,11 @@ def test_bands_are_called_what_the_caption_calls_them(results: Path) -> None:
 
 def test_series_that_are_named_by_numbers_are_found_in_the_file(tmp_path: Path) -> None:
     path = tmp_path / "table.csv"
-    made = {"view_deg": [0.0, 0.0, 30.0, 30.0], "x": [1.0, 2.0, 1.0, 2.0], "error_mm": [1.0, 2.0, 3.0, 4.0]}
-    write(path, made)
+    output = {"view_deg": [0.0, 0.0, 30.0, 30.0], "x": [1.0, 2.0, 1.0, 2.0], "error_mm": [1.0, 2.0, 3.0, 4.0]}
+    write(path, output)
     styles = {"0.0": Style("0°"), "30.0": Style("30°")}
     chart = Chart(x="x", y="error_mm", by="view_deg", styles=styles)
-    for table in (made, read(path)):
+    for table in (output, read(path)):
         assert {line.key: line.y.tolist() for line in lines_of(chart, {"table": table})} == {
             "0.0": [1.0, 2.0],
             "30.0": [3.0, 4.0],
@@ -334,11 +334,11 @@ def test_charts_are_kept_as_they_are_declared() -> None:
         ],
         limits=(0.0, 1.0),
     )
-    kept = from_json(json.loads(json.dumps(to_json(chart), sort_keys=True)))
-    assert list(kept.abscissa.words) == ["b", "a"]
-    assert to_json(kept) == to_json(chart)
-    assert kept.references == chart.references
-    assert kept.styles == chart.styles
+    retained = from_json(json.loads(json.dumps(to_json(chart), sort_keys=True)))
+    assert list(retained.abscissa.words) == ["b", "a"]
+    assert to_json(retained) == to_json(chart)
+    assert retained.references == chart.references
+    assert retained.styles == chart.styles
     with rejects("other_version", "fig5"):
         from_json({**to_json(chart), "colour_of_the_sky": "blue"}, "fig5")
 
@@ -390,12 +390,14 @@ def test_figures_of_our_own_claims_stand_under_them_and_none_stands_twice(tmp_pa
     results = read_published(tmp_path, list(made_for))
     for name, paper in made_for.items():
         results.figures[name].manifest["paper"] = paper
-    shown = {name: {"name": name} for name in results.figures}
-    of = {
-        key: [figure["name"] for figure in entries.paper_entry(papers.paper(key), results, shown)["figures"]]
+    displayed = {name: {"name": name} for name in results.figures}
+    owner = {
+        key: [
+            figure["name"] for figure in entries.paper_entry(papers.paper(key), results, displayed)["figures"]
+        ]
         for key in ("zhang2007", "anatomy")
     }
-    assert of == {"zhang2007": ["zhang2007_occlusion"], "anatomy": ["zhang2007_structure"]}
+    assert owner == {"zhang2007": ["zhang2007_occlusion"], "anatomy": ["zhang2007_structure"]}
 
 
 def test_a_plug_in_brings_scripts_and_the_columns_that_they_read(

@@ -29,21 +29,21 @@ FIGURES = ["zhang2007_fig4", "zhang2007_fig5"]
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Figures 4 and 5 of zhang2007 at smoke scale, and two clips for park2011."""
     results = tmp_path_factory.mktemp("results")
-    place = results / "synthetic" / "smoke"
+    position = results / "synthetic" / "smoke"
     store = Store(results)
     for name in FIGURES:
         experiment = compose(
             [f"experiment={name}", "scale=smoke", f"results={results}", "figure.recording=false"]
         )
-        make_figure(experiment, place / name, store=store)
+        make_figure(experiment, position / name, store=store)
     plant(
-        place / "park2011_fig4",
+        position / "park2011_fig4",
         arrays={
             name if name == "clip_name" else f"as_chosen.{name}": values
             for name, values in limb_clips().items()
         },
     )
-    return place
+    return position
 
 
 def decoded(text: str, dtype: str) -> np.ndarray:
@@ -93,10 +93,10 @@ def test_clips_keep_their_cameras_and_say_how_sure_they_are(folder: Path) -> Non
     packed, reason = players.clips(figure)
     assert reason == ""
     assert [clip["name"] for clip in packed["clips"]] == ["walking_001", "bending_001"]
-    seen = packed["clips"][0]["seen"][0]
-    assert seen["confidence"] == ["decided"] * 14
+    observed = packed["clips"][0]["seen"][0]
+    assert observed["confidence"] == ["decided"] * 14
     arrays = limb_clips()
-    matrix = decoded(seen["matrix"], "<f4").reshape(20, 3, 4)
+    matrix = decoded(observed["matrix"], "<f4").reshape(20, 3, 4)
     np.testing.assert_allclose(matrix, arrays["camera_matrix"][0, 0], rtol=1e-6, atol=1e-6)
     parent, child = WALKER14.ends[3]
     radius = np.linalg.norm(arrays["truth"][0, :, child] - arrays["truth"][0, :, parent], axis=-1)
@@ -159,8 +159,8 @@ def test_the_browser_computes_the_tables(
     assert int(facts["coordinates"]) == 2 * 3 * 5 * 15 * 3
     assert dom.count("<option") > 12  # the players are filled
     assert "3.00 times as much" in dom
-    said = dict(re.findall(r'data-(\w+)="([^"]*)"', re.findall(r"<body[^>]*>", dom)[0]))
-    assert said == {"step": "5 of 5", "bars": "average walker, least squares, + prior"}
+    message = dict(re.findall(r'data-(\w+)="([^"]*)"', re.findall(r"<body[^>]*>", dom)[0]))
+    assert message == {"step": "5 of 5", "bars": "average walker, least squares, + prior"}
 
 
 def test_a_link_into_the_page_draws_what_stands_above_it(folder: Path, browser: str, tmp_path: Path) -> None:

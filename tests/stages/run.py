@@ -37,4 +37,4 @@ def stored_stages(experiment: Experiment, store: Store) -> tuple[Stored[Any], ..
 
 def stages(experiment: Experiment, store: Store) -> Stages:
     """What the stages made."""
-    return Stages(*(kept.value for kept in stored_stages(experiment, store)))
+    return Stages(*(retained.value for retained in stored_stages(experiment, store)))

@@ -43,10 +43,10 @@ def folder(request: pytest.FixtureRequest, smoke_results: Path) -> Path:
 
 
 def test_the_files_are_those_that_are_golden_and_as_they_were_sealed(folder: Path) -> None:
-    wanted = {f"{table}.csv" for table in columns_of(folder.name)} | {
+    target = {f"{table}.csv" for table in columns_of(folder.name)} | {
         "table_ingest.csv", "claims.csv", "arrays.npz", "figure.svg", "figure.png", "recording.rrd", "manifest.json"
     }  # fmt: skip
-    assert {path.name for path in folder.iterdir()} == wanted
+    assert {path.name for path in folder.iterdir()} == target
     assert complaints_about(folder) == []
 
 
@@ -101,12 +101,12 @@ def test_every_clip_has_its_row_in_the_ingest_report(folder: Path) -> None:
 
 def test_the_arrays_hold_every_walker_and_joint(folder: Path) -> None:
     with np.load(folder / "arrays.npz", allow_pickle=False) as arrays:
-        of = purpose(folder.name)
-        names = {"walks": "walker", "performances": "performance", "clips": "clip_name"}[of]
-        first = {"walks": "synthetic_001", "performances": "bending_001", "clips": "walking_001"}[of]
+        owner = purpose(folder.name)
+        names = {"walks": "walker", "performances": "performance", "clips": "clip_name"}[owner]
+        first = {"walks": "synthetic_001", "performances": "bending_001", "clips": "walking_001"}[owner]
         assert arrays[names][0] == first
-        assert of != "walks" or len(arrays[names]) == WALKERS
-        assert of != "performances" or arrays["synchronized"].shape[0] == len(arrays[names]) == 6
+        assert owner != "walks" or len(arrays[names]) == WALKERS
+        assert owner != "performances" or arrays["synchronized"].shape[0] == len(arrays[names]) == 6
         if "joint_error_mm2" in arrays:
             error, walkers = arrays["joint_error_mm2"], tables.read(folder / "table_walkers.csv")
             assert error.shape == (WALKERS, len(arrays["joint_error_methods"]), 15)
@@ -122,10 +122,10 @@ def test_every_interval_holds_its_value(folder: Path) -> None:
         for name in [name.removesuffix("_low") for name in columns if name.endswith("_low")]:
             if name in columns and columns[name].dtype.kind == "f":
                 value, low, high = columns[name], columns[f"{name}_low"], columns[f"{name}_high"]
-                known = np.isfinite(value + low + high)
-                slack = 1e-9 * np.abs(value[known])
-                assert (low[known] - slack <= value[known]).all(), (path.name, name)
-                assert (value[known] <= high[known] + slack).all(), (path.name, name)
+                finite = np.isfinite(value + low + high)
+                slack = 1e-9 * np.abs(value[finite])
+                assert (low[finite] - slack <= value[finite]).all(), (path.name, name)
+                assert (value[finite] <= high[finite] + slack).all(), (path.name, name)
 
 
 def test_the_manifest_says_with_what_it_was_made(folder: Path, smoke_results: Path) -> None:
@@ -188,13 +188,13 @@ def test_the_recordings_curves_are_the_tables(folder: Path) -> None:
         return
     manifest = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))
     charts = [from_json(plain) for plain in manifest["charts"]]
-    known = {"table": pd.DataFrame(tables.read(folder / "table.csv"))}
+    finite = {"table": pd.DataFrame(tables.read(folder / "table.csv"))}
     entities = set(reading.entities(path))
     compared = 0
     for chart in charts:
         if chart.table != "table" or chart.x != timeline:
             continue
-        for line in lines_of(chart, known):
+        for line in lines_of(chart, finite):
             entity = f"curves/{'log10_' if chart.log_y else ''}{chart.quantity}/{line.key}"
             assert entity in entities
             component = "Measurements:values" if line.band is not None else "Scalars:scalars"
@@ -223,7 +223,7 @@ def test_the_digits_that_hold_are_stated_for_tables_that_there_are() -> None:
 
 
 def test_the_claims_are_judged_where_the_figures_are(say: Callable, smoke_results: Path) -> None:
-    said = say("claims", "scale=smoke", f"results={smoke_results}")
-    assert said.status == 0
-    assert "zhang2007_two_harmonics_share" in said.out
+    message = say("claims", "scale=smoke", f"results={smoke_results}")
+    assert message.status == 0
+    assert "zhang2007_two_harmonics_share" in message.out
     assert len(tables.read(smoke_results / "synthetic" / "smoke" / "claims.csv")["claim"]) > 0

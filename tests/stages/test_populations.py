@@ -42,11 +42,11 @@ def test_as_many_populations_have_a_smaller_error_as_a_larger(
     rows = pd.read_csv(made / figure / "table_populations.csv")
     rows = rows[rows["method"] == of] if of else rows
     mean = {number: part[column].abs().mean() for number, part in rows.groupby("population")}
-    shown = mean[number_shown(made / figure)]
+    displayed = mean[number_shown(made / figure)]
     assert len(mean) == POPULATIONS
     assert (
-        sum(one < shown for one in mean.values())
-        == sum(one > shown for one in mean.values())
+        sum(first < displayed for first in mean.values())
+        == sum(first > displayed for first in mean.values())
         == POPULATIONS // 2
     )
 
@@ -54,8 +54,8 @@ def test_as_many_populations_have_a_smaller_error_as_a_larger(
 def test_the_table_is_that_of_the_population_and_its_intervals_hold_all(made: Path) -> None:
     folder, column = made / "zhang2007_fig5", "absolute_error_mm2"
     table, every = (pd.read_csv(folder / f"{name}.csv") for name in ("table", "table_populations"))
-    own = every[every["population"] == number_shown(folder)].reset_index(drop=True)
-    pd.testing.assert_series_equal(table[column], own[column])
+    reference = every[every["population"] == number_shown(folder)].reset_index(drop=True)
+    pd.testing.assert_series_equal(table[column], reference[column])
     each = every.groupby(["method", "view_angle_deg"])[column]
     ends = pd.DataFrame({"low": each.min(), "high": each.max()}).reset_index()
     assert (table[["method", "view_angle_deg"]] == ends[["method", "view_angle_deg"]]).all(axis=None)

@@ -59,7 +59,7 @@ def test_the_same_man_under_two_numbers_never_straddles_a_fold(mocap_mirror: Pat
     data.table = str(tmp_path / "sources.csv")
     tables.write(Path(data.table), {name: [row[name] for row in few] for name in few[0]}, sort_by=["path"])
     store = Store(tmp_path)
-    _, samples, learnt = (kept.value for kept in chain.run(experiment, store, through="model"))
+    _, samples, learnt = (retained.value for retained in chain.run(experiment, store, through="model"))
     subject = [str(clip).split("_")[0] for clip in samples.clip]
     assert {"12", "37"} <= set(subject)
     one_man = {str(p) for p, s in zip(samples.person, subject, strict=True) if s in ("12", "37")}
@@ -74,7 +74,7 @@ def test_the_recorded_actions_are_read_whole(
     data: str, count: int, people: int, mocap_mirror: Path, tmp_path: Path
 ) -> None:
     experiment = compose(["experiment=mozerov2006_fig3", f"data={data}", f"data.mirror={mocap_mirror}"])
-    made = ingest.run(experiment, Store(tmp_path)).value
-    assert len(made) == count
-    assert len(set(made.person)) == people
-    assert set(made.frame_rate_hz) == {120.0}
+    output = ingest.run(experiment, Store(tmp_path)).value
+    assert len(output) == count
+    assert len(set(output.person)) == people
+    assert set(output.frame_rate_hz) == {120.0}

@@ -36,7 +36,7 @@ def made(folder: Path, *suffixes: str) -> dict[str, bytes]:
 def keys(outcome: Outcome) -> dict[str, str]:
     """Key of each stage's artefact."""
     manifest: dict[str, Any] = json.loads((outcome.folder / "manifest.json").read_bytes())
-    return {stage: told["key"] for stage, told in manifest["stages"].items()}
+    return {stage: described["key"] for stage, described in manifest["stages"].items()}
 
 
 @pytest.fixture(scope="module")

@@ -186,17 +186,17 @@ def test_the_published_solver_finds_near_views_as_the_global_one_does(store: Sto
     assert published.rows["converged"].all()
     # Approach I goes downhill from 0 degrees, approach II takes the best whole degree.
     for method, apart_deg in (("least_squares", 0.5), ("map", 0.6)):
-        ours, theirs = (found.rows[found.rows["method"] == method] for found in (everywhere, published))
+        ours, theirs = (result.rows[result.rows["method"] == method] for result in (everywhere, published))
         assert len(ours) == 5 * 5
         np.testing.assert_allclose(theirs["error_deg"], ours["error_deg"], atol=apart_deg)
         assert (ours["cost"] <= theirs["cost"] * (1 + 1e-6)).all()
 
 
 def test_another_divisor_scales_the_eigenvalues_alone(store: Store) -> None:
-    one, other = stages(store).model, stages(store, "model.divisor=R").model
-    count = len(one.samples)
-    np.testing.assert_allclose(other.eigenvalues * count, one.eigenvalues * (count - 1))
-    np.testing.assert_allclose(other.folds.mean, one.folds.mean)
+    first, other = stages(store).model, stages(store, "model.divisor=R").model
+    count = len(first.samples)
+    np.testing.assert_allclose(other.eigenvalues * count, first.eigenvalues * (count - 1))
+    np.testing.assert_allclose(other.folds.mean, first.folds.mean)
 
 
 def test_the_frequency_is_the_226th_number_and_weighs_what_it_is_told(store: Store) -> None:
@@ -207,8 +207,8 @@ def test_the_frequency_is_the_226th_number_and_weighs_what_it_is_told(store: Sto
     for r, scale in enumerate(learnt.folds.last_scale):
         variance = np.delete(learnt.samples, r, axis=0).var(axis=0, ddof=1)
         np.testing.assert_allclose(scale, np.sqrt(variance[:-1].mean() / variance[-1]), rtol=1e-9)
-    told = stages(store, "model.omega_scale_mm=2", figure="zhang2004_fig4").model
-    assert set(told.folds.last_scale) == {2.0}
+    described = stages(store, "model.omega_scale_mm=2", figure="zhang2004_fig4").model
+    assert set(described.folds.last_scale) == {2.0}
 
 
 @pytest.mark.parametrize("harmonics", [1, 3])

@@ -53,10 +53,10 @@ def test_the_rule_names_every_table_but_that_of_times(kept: Path) -> None:
 @pytest.mark.parametrize(("share", "agrees"), [(0.0, True), (0.5, True), (1.5, False)])
 def test_numbers_agree_within_the_rule(kept: Path, tmp_path: Path, share: float, agrees: bool) -> None:
     off = {**TABLE, "error_mm": [20.0, 30.0 * (1 + share * CLOSED_FORM)]}
-    found = compare_again(kept, figure(tmp_path / "made" / "zhang2007_fig5", off))
-    assert [one.table for one in found] == ["table.csv", "claims.csv"]
-    assert [not one.complaints for one in found] == [agrees, True]
-    assert found[0].difference == pytest.approx(share * CLOSED_FORM, rel=0.02)
+    result = compare_again(kept, figure(tmp_path / "made" / "zhang2007_fig5", off))
+    assert [first.table for first in result] == ["table.csv", "claims.csv"]
+    assert [not first.complaints for first in result] == [agrees, True]
+    assert result[0].difference == pytest.approx(share * CLOSED_FORM, rel=0.02)
 
 
 @pytest.mark.parametrize(
@@ -67,7 +67,7 @@ def test_the_archive_may_allow_less_and_never_more(
     kept: Path, tmp_path: Path, stated: str, share: float, agrees: bool
 ) -> None:
     off = {**TABLE, "error_mm": [20.0, 30.0 * (1 + share * CLOSED_FORM)]}
-    made = figure(tmp_path / "made" / "zhang2007_fig5", off)
+    output = figure(tmp_path / "made" / "zhang2007_fig5", off)
     path = kept.parent / DIGITS
     lines = path.read_text().splitlines()
     if stated == "none":
@@ -76,9 +76,9 @@ def test_the_archive_may_allow_less_and_never_more(
         path.write_text(
             "\n".join([lines[0], lines[1].replace("1e-05", stated)] if stated else lines[:1]) + "\n"
         )
-    found = compare_again(kept, made)
-    assert [one.table for one in found] == ["table.csv", "claims.csv"]
-    assert (found[0].complaints == ()) == agrees
+    result = compare_again(kept, output)
+    assert [first.table for first in result] == ["table.csv", "claims.csv"]
+    assert (result[0].complaints == ()) == agrees
 
 
 @pytest.mark.parametrize("stated", ["nan", "inf", "-1", "much"])
@@ -90,12 +90,12 @@ def test_a_tolerance_that_is_none_is_refused(kept: Path, tmp_path: Path, stated:
 
 
 def test_a_claim_that_only_the_new_figure_has_is_named(kept: Path, tmp_path: Path) -> None:
-    made = figure(tmp_path / "made" / "zhang2007_fig5")
+    output = figure(tmp_path / "made" / "zhang2007_fig5")
     tables.write(kept / "claims.csv", {name: values[:1] for name, values in CLAIM.items()})
-    assert compare_again(kept, made)[1].complaints == ("two: not in the archive",)
+    assert compare_again(kept, output)[1].complaints == ("two: not in the archive",)
     (kept / "claims.csv").unlink()
     with rejects("no_file", "claims.csv"):
-        compare_again(kept, made)
+        compare_again(kept, output)
 
 
 @pytest.mark.parametrize(
@@ -111,21 +111,21 @@ def test_a_claim_that_only_the_new_figure_has_is_named(kept: Path, tmp_path: Pat
 def test_another_verdict_or_value_is_named(
     kept: Path, tmp_path: Path, claims: dict[str, Any], complaint: str
 ) -> None:
-    found = compare_again(kept, figure(tmp_path / "made" / "zhang2007_fig5", claims=claims))
-    assert [one.complaints for one in found] == [(), (complaint,)]
+    result = compare_again(kept, figure(tmp_path / "made" / "zhang2007_fig5", claims=claims))
+    assert [first.complaints for first in result] == [(), (complaint,)]
 
 
 def test_claims_of_another_rule_are_refused(kept: Path, tmp_path: Path) -> None:
-    made = figure(tmp_path / "made" / "zhang2007_fig5")
+    output = figure(tmp_path / "made" / "zhang2007_fig5")
     (kept / "claims.csv").write_text("claim,verdict,value\none,differs,20\n")
     with rejects("other_rule", "claims.csv", lacking=["agreement", "beyond_baseline"]):
-        compare_again(kept, made)
+        compare_again(kept, output)
 
 
 def test_other_rows_are_a_difference_and_no_tables_are_refused(kept: Path, tmp_path: Path) -> None:
     longer = {"method": ["map", "null", "more"], "error_mm": [20.0, 30.0, 40.0]}
-    found = compare_again(kept, figure(tmp_path / "made" / "zhang2007_fig5", longer))
-    assert "the numbers of rows differ: 2 and 3" in found[0].complaints
+    result = compare_again(kept, figure(tmp_path / "made" / "zhang2007_fig5", longer))
+    assert "the numbers of rows differ: 2 and 3" in result[0].complaints
     empty = tmp_path / "archive" / "zhang2007_fig6"
     empty.mkdir()
     with rejects("no_table", "zhang2007_fig6"):

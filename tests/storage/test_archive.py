@@ -40,9 +40,9 @@ def make(tmp_path: Path, lock: Path) -> Make:
             with publish(folder / figure) as publication:
                 for name in ("table.csv", "table_views.csv", "recording.rrd", "figure.svg", "config.yaml"):
                     (publication.folder / name).write_text(f"{name} of {figure} on {data}")
-                made = {"commit": COMMIT, "dirty": False, "lock_sha256": digest(lock.read_bytes())}
-                made |= {name: value for name, value in changes.items() if name in made}
-                publication.facts = {"figure": figure, "scale": scale, "provenance": made}
+                output = {"commit": COMMIT, "dirty": False, "lock_sha256": digest(lock.read_bytes())}
+                output |= {name: value for name, value in changes.items() if name in output}
+                publication.facts = {"figure": figure, "scale": scale, "provenance": output}
         (folder / "claims.csv").write_text("claim,verdict\n")
         return folder
 
@@ -73,14 +73,14 @@ def snapshot(folder: Path) -> dict[str, bytes]:
 def test_an_archive_holds_everything_and_verifies(tmp_path: Path, make: Make, keep: Make) -> None:
     source = make()
     (source / "zhang2007_fig5" / ".DS_Store").write_text("not ours")
-    kept = keep(source)
-    assert kept == tmp_path / "archive" / "2026-11-21-0123456789ab" / "synthetic"
+    retained = keep(source)
+    assert retained == tmp_path / "archive" / "2026-11-21-0123456789ab" / "synthetic"
     expected = {name: content for name, content in snapshot(source).items() if not name.endswith(".DS_Store")}
     expected["requirements.lock"] = b"numpy==2.4.6\n"
     expected["sbom.cdx.json"] = bill_of_materials(source.parents[2] / "requirements.lock", COMMIT)
-    found = snapshot(kept)
-    sums = found.pop("SHA256SUMS").decode()
-    manifest = json.loads(found.pop("manifest.json"))
+    result = snapshot(retained)
+    sums = result.pop("SHA256SUMS").decode()
+    manifest = json.loads(result.pop("manifest.json"))
     facts = {
         "archive": "2026-11-21-0123456789ab",
         "data": "synthetic",
@@ -88,26 +88,26 @@ def test_an_archive_holds_everything_and_verifies(tmp_path: Path, make: Make, ke
         "commit": COMMIT,
     }
     assert facts.items() <= manifest.items()
-    assert found == expected
+    assert result == expected
     assert sums.splitlines() == [
         f"{hashlib.sha256(expected[name]).hexdigest()}  {name}" for name in sorted(expected)
     ]
-    assert archive.verify(kept) == []
+    assert archive.verify(retained) == []
 
 
 @pytest.mark.skipif(shutil.which("sha256sum") is None, reason="needs sha256sum")
 def test_the_checksums_are_what_sha256sum_reads(make: Make, keep: Make) -> None:
-    kept = keep(make())
-    assert finished(["sha256sum", "-c", "--quiet", "SHA256SUMS"], cwd=kept).returncode == 0
+    retained = keep(make())
+    assert finished(["sha256sum", "-c", "--quiet", "SHA256SUMS"], cwd=retained).returncode == 0
 
 
 def test_a_second_data_set_joins_and_the_first_stays(make: Make, keep: Make) -> None:
-    kept = keep(make())
-    before = snapshot(kept)
+    retained = keep(make())
+    before = snapshot(retained)
     other = keep(make("optical"))
-    assert (other.parent, other.name) == (kept.parent, "optical")
-    assert snapshot(kept) == before
-    assert archive.verify(kept) == archive.verify(other) == []
+    assert (other.parent, other.name) == (retained.parent, "optical")
+    assert snapshot(retained) == before
+    assert archive.verify(retained) == archive.verify(other) == []
 
 
 def test_to_keep_the_same_again_changes_nothing(tmp_path: Path, make: Make, keep: Make) -> None:
@@ -132,32 +132,34 @@ def test_to_keep_the_same_again_changes_nothing(tmp_path: Path, make: Make, keep
 def test_verify_names_what_changed(
     make: Make, keep: Make, spoil: Callable[[Path], Any], problem: str
 ) -> None:
-    kept = keep(make())
-    spoil(kept)
-    problems = archive.verify(kept)
+    retained = keep(make())
+    spoil(retained)
+    problems = archive.verify(retained)
     assert problems
     assert problems[0].endswith(problem)
     assert len(problems) == (2 if "claims" in problem else 1)
 
 
 def test_verify_notices_any_flipped_byte(make: Make, keep: Make) -> None:
-    kept = keep(make())
-    for path in [p for p in kept.rglob("*") if (p.is_file() and p.parent != kept) or p.suffix == ".csv"]:
+    retained = keep(make())
+    for path in [
+        p for p in retained.rglob("*") if (p.is_file() and p.parent != retained) or p.suffix == ".csv"
+    ]:
         content = path.read_bytes()
         path.write_bytes(content[:-1] + bytes([content[-1] ^ 1]))
-        assert archive.verify(kept) == [f"{path.relative_to(kept).as_posix()}: changed"]
+        assert archive.verify(retained) == [f"{path.relative_to(retained).as_posix()}: changed"]
         path.write_bytes(content)
-    assert archive.verify(kept) == []
+    assert archive.verify(retained) == []
 
 
 def test_verify_notices_a_file_changed_together_with_its_checksum(make: Make, keep: Make) -> None:
-    kept = keep(make())
-    table = kept / "zhang2007_fig5" / "table.csv"
+    retained = keep(make())
+    table = retained / "zhang2007_fig5" / "table.csv"
     before = digest(table.read_bytes())
     table.write_text("better numbers")
-    sums = kept / "SHA256SUMS"
+    sums = retained / "SHA256SUMS"
     sums.write_text(sums.read_text().replace(before, digest(table.read_bytes())))
-    assert archive.verify(kept) == ["SHA256SUMS: differs from manifest.json"]
+    assert archive.verify(retained) == ["SHA256SUMS: differs from manifest.json"]
 
 
 @pytest.mark.parametrize(
@@ -195,8 +197,8 @@ def test_results_made_otherwise_are_refused(
     tmp_path: Path, make: Make, keep: Make, changes: dict[str, Any]
 ) -> None:
     source = make(**changes)
-    ((fact, made),) = changes.items()
-    with rejects("other_origin", fact=fact, made=made):
+    ((fact, output),) = changes.items()
+    with rejects("other_origin", fact=fact, made=output):
         keep(source)
     assert not (tmp_path / "archive").exists()
 
@@ -237,11 +239,11 @@ def test_an_archive_with_other_content_is_not_overwritten(tmp_path: Path, make: 
 
 def test_a_lost_or_changed_archive_is_not_mended_in_silence(tmp_path: Path, make: Make, keep: Make) -> None:
     source = make()
-    kept = keep(source)
-    (kept / "claims.csv").unlink()
+    retained = keep(source)
+    (retained / "claims.csv").unlink()
     with rejects("other_content"):
         keep(source)
-    (kept / "SHA256SUMS").unlink()
+    (retained / "SHA256SUMS").unlink()
     with rejects("other_content"):
         keep(source)
 
@@ -276,9 +278,9 @@ def test_whatever_operation_fails_the_next_time_finishes(
         with rejects("cannot_write", errno=errno.ENOSPC):
             keep(source)
         calls = -1000
-        kept = keep(source)
+        retained = keep(source)
         assert snapshot(tmp_path / "archive") == expected
-        assert archive.verify(kept) == []
+        assert archive.verify(retained) == []
 
 
 def test_a_folder_that_is_no_archive_is_refused(tmp_path: Path) -> None:
@@ -289,11 +291,11 @@ def test_a_folder_that_is_no_archive_is_refused(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("line", ["junk", "0" * 64 + "  ../x", "0" * 64 + "  /etc/x", "0" * 63 + "  x"])
 def test_a_list_that_cannot_be_understood_is_refused(make: Make, keep: Make, line: str) -> None:
-    kept = keep(make())
-    with (kept / "SHA256SUMS").open("a") as stream:
+    retained = keep(make())
+    with (retained / "SHA256SUMS").open("a") as stream:
         stream.write(line + "\n")
     with rejects("not_understood", "SHA256SUMS, line 16"):
-        archive.verify(kept)
+        archive.verify(retained)
 
 
 def test_a_manifest_cannot_reach_outside_its_folder(tmp_path: Path, make: Make, keep: Make) -> None:

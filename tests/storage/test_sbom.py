@@ -26,16 +26,16 @@ def test_every_pinned_package_is_named_once_with_its_version_and_nothing_else() 
     assert set(bill) == ALLOWED["bill"]
     assert (bill["bomFormat"], bill["specVersion"], bill["version"]) == ("CycloneDX", "1.6", 1)
     pins = [line.split(" ")[0].split("==") for line in LOCK.read_text().splitlines() if line[:1].isalpha()]
-    assert [[one["name"], one["version"]] for one in bill["components"]] == pins
+    assert [[first["name"], first["version"]] for first in bill["components"]] == pins
     program = bill["metadata"]["component"]
     assert (program["type"], program["version"]) == ("application", "c" * 40)
-    for one in [program, *bill["components"]]:
-        assert set(one) <= ALLOWED["component"]
-        assert {"type", "name", "bom-ref"} <= set(one)
-    for one in bill["components"]:
-        assert one["type"] == "library"
-        assert re.fullmatch(r"pkg:pypi/[a-z0-9]+(-[a-z0-9]+)*@[0-9][0-9A-Za-z.+]*", one["purl"])
-    references = [one["bom-ref"] for one in bill["components"]]
+    for first in [program, *bill["components"]]:
+        assert set(first) <= ALLOWED["component"]
+        assert {"type", "name", "bom-ref"} <= set(first)
+    for first in bill["components"]:
+        assert first["type"] == "library"
+        assert re.fullmatch(r"pkg:pypi/[a-z0-9]+(-[a-z0-9]+)*@[0-9][0-9A-Za-z.+]*", first["purl"])
+    references = [first["bom-ref"] for first in bill["components"]]
     assert len(set(references)) == len(references) > 20
     assert bill["dependencies"] == [{"ref": program["bom-ref"], "dependsOn": references}]
     (lock,) = program["externalReferences"]

@@ -122,10 +122,10 @@ def test_a_dry_run_computes_and_writes_nothing(tmp_path: Path) -> None:
     work = Work()
     planned = Store(tmp_path, dry_run=True).artefact("model", {"n": 1}, [], work)
     assert (planned.computed, planned.content, work.times, [*tmp_path.iterdir()]) == (True, "", 0, [])
-    made = Store(tmp_path).artefact("model", {"n": 1}, [], work)
-    dry = Store(tmp_path, dry_run=True, before={"model": (made.key, made.content)})
+    output = Store(tmp_path).artefact("model", {"n": 1}, [], work)
+    dry = Store(tmp_path, dry_run=True, before={"model": (output.key, output.content)})
     again, other = (dry.artefact("model", {"n": n}, [], work) for n in (1, 2))
-    assert (again.key, again.content, again.computed, again.why) == (made.key, made.content, False, "")
+    assert (again.key, again.content, again.computed, again.why) == (output.key, output.content, False, "")
     assert (other.computed, other.content, other.why) == (True, "", "options.n changed 1 -> 2")
     assert [step["options"] for step in dry.steps] == [{"n": 1}, {"n": 2}]
     assert work.times == 1
@@ -145,11 +145,11 @@ def test_within_one_process_even_the_disk_is_not_asked(tmp_path: Path) -> None:
 def test_arrays_cannot_be_changed(tmp_path: Path) -> None:
     mine = np.zeros(3)
     for _ in range(2):
-        made = Store(tmp_path).artefact("dataset", {}, [], lambda: ({"x": mine}, {}))
+        output = Store(tmp_path).artefact("dataset", {}, [], lambda: ({"x": mine}, {}))
         with pytest.raises(ValueError, match="read-only"):
-            made.arrays["x"][0] = 1
+            output.arrays["x"][0] = 1
         with pytest.raises(TypeError):
-            made.arrays["y"] = mine  # type: ignore[index]
+            output.arrays["y"] = mine  # type: ignore[index]
     mine[0] = 1  # the caller's own array stays the caller's
 
 
@@ -216,8 +216,8 @@ def test_an_input_that_comes_out_equal_changes_nothing(tmp_path: Path) -> None:
     assert (again.computed, again.why) == (True, "code changed")
     assert again.key != before.key
     assert again.content == before.content == Store(tmp_path).artefact("dataset", {}, [], Work()).content
-    found = Store(tmp_path).artefact("model", {}, [again], work)
-    assert (found.computed, found.key, work.times) == (False, model.key, 1)
+    result = Store(tmp_path).artefact("model", {}, [again], work)
+    assert (result.computed, result.key, work.times) == (False, model.key, 1)
 
 
 def test_other_sources_are_another_key(tmp_path: Path) -> None:
@@ -242,11 +242,11 @@ def test_the_key_does_not_depend_on_the_process_or_on_order(tmp_path: Path) -> N
     keys = {
         python("-c", script, str(tmp_path / seed), PYTHONHASHSEED=seed).stdout.strip() for seed in ("0", "1")
     }
-    here = Store(tmp_path / "here").artefact(
+    before = Store(tmp_path / "here").artefact(
         "s", {"a": {"x": [np.int64(2), None], "y": 1}, "b": np.float64(0.1)}, ["i"], lambda: ({}, {})
     )
-    assert keys == {here.key}
-    assert len(here.key) == 16
+    assert keys == {before.key}
+    assert len(before.key) == 16
 
 
 def test_values_that_are_equal_to_python_are_still_told_apart(tmp_path: Path) -> None:
@@ -367,13 +367,13 @@ def test_a_half_made_artefact_is_computed_again(
 
 def test_an_artefact_under_another_name_is_not_taken(tmp_path: Path) -> None:
     store = Store(tmp_path)
-    one, two = (store.artefact("model", {"n": n}, [], Work(n)) for n in (1, 2))
-    folder = tmp_path / "cache" / one.name
+    first, two = (store.artefact("model", {"n": n}, [], Work(n)) for n in (1, 2))
+    folder = tmp_path / "cache" / first.name
     folder.rename(tmp_path / "gone")
     (tmp_path / "cache" / two.name).rename(folder)
     again = Store(tmp_path).artefact("model", {"n": 1}, [], Work(1))
     assert again.why == f"artefact damaged: manifest.json belongs to {two.name}"
-    same(again, one)
+    same(again, first)
 
 
 def test_nothing_is_ever_unpickled(tmp_path: Path) -> None:
@@ -625,12 +625,12 @@ def test_of_two_processes_that_ask_for_the_same_one_computes_it(tmp_path: Path) 
             print(made.computed, made.arrays["x"].tolist())
         """)
     command = [sys.executable, "-c", script, str(tmp_path)]
-    with started([*command, "a", "b"]) as one, started([*command, "b", "a"]) as other:
-        answers = [process.communicate(timeout=WAIT_S) for process in (one, other)]
-        assert [process.returncode for process in (one, other)] == [0, 0], answers
-    said = [[line.split(" ", 1) for line in out.splitlines()] for out, _ in answers]
-    assert len(said[0]) == len(said[1]) == 8
-    for (computed, numbers), (computed_too, same_numbers) in zip(*said, strict=True):
+    with started([*command, "a", "b"]) as first, started([*command, "b", "a"]) as other:
+        answers = [process.communicate(timeout=WAIT_S) for process in (first, other)]
+        assert [process.returncode for process in (first, other)] == [0, 0], answers
+    message = [[line.split(" ", 1) for line in out.splitlines()] for out, _ in answers]
+    assert len(message[0]) == len(message[1]) == 8
+    for (computed, numbers), (computed_too, same_numbers) in zip(*message, strict=True):
         assert {computed, computed_too} == {"True", "False"}
         assert numbers == same_numbers
     assert leftovers(tmp_path) == []
@@ -649,9 +649,9 @@ def test_a_process_that_is_killed_while_it_computes_is_not_waited_for(tmp_path: 
     for code in ("0" * 64, "1" * 64):
         assert python("-c", script, str(tmp_path), code).returncode == -signal.SIGKILL
     assert len(list((tmp_path / "cache").glob(".lock-*"))) == 1, "the second run removed that of the first"
-    made = Store(tmp_path).artefact("s", {}, [], lambda: ({"x": np.ones(2)}, {}), code="1" * 64)
-    assert made.computed
-    assert [path.name for path in (tmp_path / "cache").iterdir()] == [made.name]
+    output = Store(tmp_path).artefact("s", {}, [], lambda: ({"x": np.ones(2)}, {}), code="1" * 64)
+    assert output.computed
+    assert [path.name for path in (tmp_path / "cache").iterdir()] == [output.name]
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs locks on files")
@@ -682,9 +682,9 @@ def test_without_locks_the_first_to_finish_is_kept(tmp_path: Path, monkeypatch: 
         assert faster.computed
         return {"x": np.zeros(2)}, {}
 
-    made = Store(tmp_path).artefact("s", {}, [], overtaken, code="0" * 64)
-    assert made.computed
-    np.testing.assert_array_equal(made.arrays["x"], 1)
+    output = Store(tmp_path).artefact("s", {}, [], overtaken, code="0" * 64)
+    assert output.computed
+    np.testing.assert_array_equal(output.arrays["x"], 1)
 
 
 def test_the_slower_one_replaces_a_damaged_winner(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -697,8 +697,8 @@ def test_the_slower_one_replaces_a_damaged_winner(tmp_path: Path, monkeypatch: p
         (folder["winner"] / "arrays.npz").write_bytes(b"no")
         return {"x": np.zeros(2)}, {}
 
-    made = Store(tmp_path).artefact("s", {}, [], overtaken)
-    np.testing.assert_array_equal(made.arrays["x"], 0)
+    output = Store(tmp_path).artefact("s", {}, [], overtaken)
+    np.testing.assert_array_equal(output.arrays["x"], 0)
     assert complaints_about(folder["winner"]) == []
     assert len(list((tmp_path / "cache" / "damaged").iterdir())) == 1
 
@@ -741,12 +741,12 @@ def dead_pid() -> int:
 
 
 def test_only_what_dead_processes_left_is_removed(tmp_path: Path, dead_pid: int) -> None:
-    here, elsewhere = sealed_folders._HERE, "000000" if sealed_folders._HERE != "000000" else "111111"
+    before, elsewhere = sealed_folders._HERE, "000000" if sealed_folders._HERE != "000000" else "111111"
     cache = tmp_path / "cache"
     names = {
-        f".tmp-{dead_pid}-{here}00000001": False,
-        f".tmp-{os.getpid()}-{here}00000002": False,  # this number, but before our time
-        f".tmp-{os.getppid()}-{here}00000003": True,
+        f".tmp-{dead_pid}-{before}00000001": False,
+        f".tmp-{os.getpid()}-{before}00000002": False,  # this number, but before our time
+        f".tmp-{os.getppid()}-{before}00000003": True,
         f".tmp-{dead_pid}-{elsewhere}00000004": True,  # another machine's process may well live
         f".tmp-{dead_pid}-{elsewhere}00000005": False,  # not for two days
         ".tmp-mine": True,

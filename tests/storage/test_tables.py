@@ -50,9 +50,9 @@ def test_rows_are_written_in_blocks_as_in_one(tmp_path: Path, monkeypatch: pytes
     tables.write(tmp_path / "lists.csv", {name: frame[name].tolist() for name in frame})
     monkeypatch.setattr(tables, "_ROWS_AT_A_TIME", 2)
     tables.write(tmp_path / "blocks.csv", frame)
-    one, lists, blocks = ((tmp_path / f"{name}.csv").read_bytes() for name in ("one", "lists", "blocks"))
-    assert one == lists == blocks
-    assert one.splitlines()[1:4] == [b"b,0.3333333333,0", b'"a, quoted",,1', b"b,0,2"]
+    first, lists, blocks = ((tmp_path / f"{name}.csv").read_bytes() for name in ("one", "lists", "blocks"))
+    assert first == lists == blocks
+    assert first.splitlines()[1:4] == [b"b,0.3333333333,0", b'"a, quoted",,1', b"b,0,2"]
     tables.write(tmp_path / "sorted.csv", frame, sort_by=["walker", "n"])
     assert [row["n"] for row in tables.read_rows(tmp_path / "sorted.csv")] == ["1", "4", "0", "2", "3"]
 
@@ -216,10 +216,14 @@ def test_the_relative_difference_is_the_least_tolerance_that_compare_accepts(tmp
     same = {"word": ["x", "y", "z"], "gap": [np.nan, np.inf, 0.0]}
     tables.write(a, {**same, "error": [1.0, 200.0, 0.0], "flag": [True, False, True]}, sort_by=[])
     tables.write(b, {**same, "error": [1.001, 200.02, 5e-10], "flag": [True, True, True]}, sort_by=[])
-    found = tables.relative_differences(a, b)
-    assert found == {"word": 0.0, "gap": 0.0, "error": pytest.approx(1e-3, rel=2e-3), "flag": np.inf}
+    result = tables.relative_differences(a, b)
+    assert result == {"word": 0.0, "gap": 0.0, "error": pytest.approx(1e-3, rel=2e-3), "flag": np.inf}
     at, below = (
-        [told for told in tables.compare(a, b, relative=factor * found["error"]) if "error" in told]
+        [
+            described
+            for described in tables.compare(a, b, relative=factor * result["error"])
+            if "error" in described
+        ]
         for factor in (1.0, 0.999)
     )
     assert at == []
@@ -233,10 +237,10 @@ def test_the_relative_difference_is_the_least_tolerance_that_compare_accepts(tmp
 def test_compare_accepts_equal_infinities_and_tells_how_many_more(tmp_path: Path) -> None:
     tables.write(tmp_path / "a.csv", {"x": [np.inf, *range(20)]}, sort_by=[])
     tables.write(tmp_path / "b.csv", {"x": [np.inf, *range(1, 21)]}, sort_by=[])
-    told = tables.compare(tmp_path / "a.csv", tmp_path / "b.csv")
-    assert len(told) == 11
-    assert told[0] == "line 3, x: 0.0 is not 1.0"
-    assert told[-1] == "and 10 more cells"
+    described = tables.compare(tmp_path / "a.csv", tmp_path / "b.csv")
+    assert len(described) == 11
+    assert described[0] == "line 3, x: 0.0 is not 1.0"
+    assert described[-1] == "and 10 more cells"
     assert tables.compare(tmp_path / "a.csv", tmp_path / "b.csv", absolute=1.0) == []
 
 

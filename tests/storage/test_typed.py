@@ -102,8 +102,8 @@ def test_arrays_are_named_by_the_path_to_their_field() -> None:
 
 def test_the_way_through_files_changes_nothing(tmp_path: Path) -> None:
     computed = Store(tmp_path).artefact("model", {}, [], lambda: pack(whole()), code="0")
-    found = Store(tmp_path).artefact("model", {}, [], lambda: pytest.fail("it is there"), code="0")
-    for artefact in (computed, found):
+    result = Store(tmp_path).artefact("model", {}, [], lambda: pytest.fail("it is there"), code="0")
+    for artefact in (computed, result):
         assert_equal(whole(), unpack(Whole, artefact.arrays, artefact.notes))
 
 
@@ -159,8 +159,8 @@ SHAPED = Shaped(
 
 def spoilt(**arrays: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     """What is kept of `SHAPED`, some arrays replaced, left out where None."""
-    kept, notes = pack(SHAPED)
-    return {name: array for name, array in (kept | arrays).items() if array is not None}, notes
+    retained, notes = pack(SHAPED)
+    return {name: array for name, array in (retained | arrays).items() if array is not None}, notes
 
 
 @pytest.mark.parametrize(
@@ -185,11 +185,11 @@ def spoilt(**arrays: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
 def test_what_is_of_another_shape_or_type_is_rejected(
     arrays: dict[str, Any], notes: dict[str, Any], code: str, where: str, values: dict[str, Any]
 ) -> None:
-    kept, plain = spoilt(**arrays)
+    retained, plain = spoilt(**arrays)
     if "inner.words" in arrays:
         del plain["inner"]["words"]
     with rejects(code, where, **values):
-        unpack(Shaped, kept, plain | notes)
+        unpack(Shaped, retained, plain | notes)
     assert_equal(unpack(Shaped, *spoilt()), SHAPED)
 
 

@@ -41,7 +41,7 @@ COLOUR_WORDS = rf"(?i)\b({'|'.join([*COLOURS, 'gray', 'red', 'pink', 'brown', 'v
 def literals(text: str, patterns: tuple[str, ...]) -> list[str]:
     """Return what of a template stands outside its placeholders and is a number or a colour."""
     outside = re.sub(r"\{[^{}]*\}", "", re.sub(r"[Ff]igure [0-9]+", "", text))
-    return [found.group() for pattern in patterns for found in re.finditer(pattern, outside)]
+    return [result.group() for pattern in patterns for result in re.finditer(pattern, outside)]
 
 
 def sentences(source: Path) -> Iterator[tuple[int, str]]:
@@ -69,8 +69,8 @@ def sentences(source: Path) -> Iterator[tuple[int, str]]:
     }
     for node in ast.walk(tree):
         if isinstance(node, ast.Constant) and isinstance(node.value, str):
-            told = " " in node.value and (id(node) in prose or re.search(r"\.(\s|$)", node.value))
-            if told and id(node) not in statements | errors | formats:
+            described = " " in node.value and (id(node) in prose or re.search(r"\.(\s|$)", node.value))
+            if described and id(node) not in statements | errors | formats:
                 yield node.lineno, node.value
 
 
@@ -119,8 +119,10 @@ def test_sentences_of_the_page_state_no_number_of_their_own(paper: str) -> None:
 @pytest.mark.parametrize("template", ["pipeline/report/page/index.html.j2", "walk3d/page/walk.html"])
 def test_templates_of_the_pages_name_no_colour(template: str) -> None:
     text = (ROOT / template).read_text("utf-8")
-    shown = re.sub(r"<(style|script).*?</\1>|<[^>]*>|\{%.*?%\}|\{\{.*?\}\}|\$\w+", " ", text, flags=re.DOTALL)
-    assert not literals(shown, (COLOUR_WORDS,))
+    displayed = re.sub(
+        r"<(style|script).*?</\1>|<[^>]*>|\{%.*?%\}|\{\{.*?\}\}|\$\w+", " ", text, flags=re.DOTALL
+    )
+    assert not literals(displayed, (COLOUR_WORDS,))
 
 
 def test_literals_are_noticed() -> None:
@@ -149,15 +151,15 @@ def test_every_number_of_an_expectation_is_in_the_tables_of_its_figure(name: str
 
 def test_hidden_joints_are_as_far_off_as_their_table_has_it() -> None:
     """Once "head 4 cm, far arm 5 to 6 cm", above a chart of 2.3 and 3.8 to 4.4 cm."""
-    made = published("optical", "zhang2007_occlusion")
-    rows = made["table_hidden"]
+    output = published("optical", "zhang2007_occlusion")
+    rows = output["table_hidden"]
     error = {
         method: value
         for hidden, method, value in zip(rows["hidden"], rows["method"], rows["hidden_error_mm"], strict=True)
         if hidden == "far_side"
     }
     template = presets()["zhang2007_occlusion"]["expect"]
-    text = filled_caption(template, number_of_figure("zhang2007_occlusion", made, all_measures()))
+    text = filled_caption(template, number_of_figure("zhang2007_occlusion", output, all_measures()))
     stated = [float(number) for number in re.findall(r"(\d+) mm", text)]
     assert stated == [round(error[method]) for method in ("anatomical", "map_tuned", "average_walker")]
 

@@ -29,8 +29,8 @@ def test_numbers_of_a_switch_replace_its_old_ones_and_no_others(tmp_path: Path) 
     unquoted = Numbers("unquoted", (), (), (), "full", {}, {})
     interventions.keep_numbers(path, [unquoted], "optical", "walks")
     runs = papers.read_runs(path)
-    found = {key: (run.with_it["x"].value, run.without["x"].value) for key, run in runs.items()}
-    assert found == {
+    result = {key: (run.with_it["x"].value, run.without["x"].value) for key, run in runs.items()}
+    assert result == {
         ("synthetic", "walks", "few"): (4.0, 1.0),
         ("synthetic", "walks", "many"): (3.0, 1.0),
         ("optical", "walks", "few"): (5.0, 1.0),
@@ -52,8 +52,8 @@ def test_what_no_switch_moves_is_left_out_of_the_table(tmp_path: Path) -> None:
         {**row, "claim": "e", "outside_the_interval": True},
     ]
     interventions.keep_table(tmp_path / "kept.csv", rows, [numbers("few", 2.0)], "synthetic", "walks")
-    kept = tables.read(tmp_path / "kept.csv")
-    assert kept["claim"].tolist() == ["d", "e"]
+    recording = tables.read(tmp_path / "kept.csv")
+    assert recording["claim"].tolist() == ["d", "e"]
     interventions.keep_table(tmp_path / "kept.csv", [row], [numbers("few", 2.0)], "synthetic", "walks")
     assert not (tmp_path / "kept.csv").exists(), "what moved once moves no more"
     many = {**row, "claim": "f", "switch": "many", "answer_moves": True}

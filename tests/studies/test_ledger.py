@@ -45,11 +45,11 @@ def by_name(verdicts: list[papers.Verdict]) -> dict[str, papers.Verdict]:
 
 
 def test_a_figure_is_judged_on_its_own_tables() -> None:
-    found = by_name(judge_figure("zhang2007_fig2", SPECTRUM, "optical", measures=MEASURES))
-    thirty = found["zhang2007_thirty_components"]
+    result = by_name(judge_figure("zhang2007_fig2", SPECTRUM, "optical", measures=MEASURES))
+    thirty = result["zhang2007_thirty_components"]
     assert thirty.value == pytest.approx(95.5)
     assert thirty.agreement == "undecided", "no interval is known of two walkers' spectrum"
-    assert found["zhang2007_fundamental_share"].value == pytest.approx(91.9)
+    assert result["zhang2007_fundamental_share"].value == pytest.approx(91.9)
 
 
 def test_verdicts_on_some_figures_leave_those_on_others(tmp_path: Path) -> None:
@@ -75,14 +75,14 @@ def test_a_folder_is_judged_like_its_figures(tmp_path: Path) -> None:
         tables.write(folder / f"{name}.csv", columns)
     write_manifest(folder, {})
     alone = by_name(judge_figure("zhang2007_fig2", SPECTRUM, "optical", measures=MEASURES))
-    found = by_name(
+    result = by_name(
         judge_folder(tmp_path, "optical", ["zhang2007_fig2", "zhang2007_fig5"], measures=MEASURES)
     )
     for name, verdict in alone.items():
-        assert found[name].agreement == verdict.agreement
-    assert found["zhang2007_map_thirty_percent"].agreement == "untestable"
+        assert result[name].agreement == verdict.agreement
+    assert result["zhang2007_map_thirty_percent"].agreement == "untestable"
 
-    write_claims(tmp_path / "claims.csv", list(found.values()))
+    write_claims(tmp_path / "claims.csv", list(result.values()))
     written = tables.read(tmp_path / "claims.csv")
     row = written["claim"].tolist().index("zhang2007_thirty_components")
     assert written["published"][row] == 95.5
@@ -102,19 +102,19 @@ def test_a_claim_on_one_figure_reads_the_table_of_another(tmp_path: Path) -> Non
         (tmp_path / name).mkdir()
         shutil.copyfile(GOLDEN / f"{name}.csv", tmp_path / name / "table.csv")
         write_manifest(tmp_path / name, {"scale": "smoke"})
-    found = by_name(judge_folder(tmp_path, "synthetic", ["zhang2007_fig5"], measures=MEASURES))
-    assert found["zhang2007_error_at_seventy"].agreement == "met"
+    result = by_name(judge_folder(tmp_path, "synthetic", ["zhang2007_fig5"], measures=MEASURES))
+    assert result["zhang2007_error_at_seventy"].agreement == "met"
 
 
 def test_small_figures_are_not_judged_wherever_they_stand(tmp_path: Path) -> None:
-    for scale, told in (("smoke", "not judged at smoke scale"), ("full", "undecided")):
+    for scale, described in (("smoke", "not judged at smoke scale"), ("full", "undecided")):
         folder = tmp_path / f"2026-11-22_{scale}" / "zhang2007_fig2"
         folder.mkdir(parents=True)
         for name, columns in SPECTRUM.items():
             tables.write(folder / f"{name}.csv", columns)
         write_manifest(folder, {"scale": scale})
         verdicts = by_name(judge_folder(folder.parent, "optical", ["zhang2007_fig2"], measures=MEASURES))
-        assert verdicts["zhang2007_thirty_components"].agreement == told
+        assert verdicts["zhang2007_thirty_components"].agreement == described
 
 
 @pytest.mark.parametrize(
@@ -167,17 +167,17 @@ def test_timings_are_judged_by_nothing(tmp_path: Path) -> None:
     fast, slow = (seconds | {"seconds": np.full(2, value)} for value in (1e-6, 1e6))
     verdicts = []
     for number, columns in enumerate((fast, slow)):
-        made = {"table_timing": columns}
+        output = {"table_timing": columns}
         folder = tmp_path / str(number) / "mozerov2006_fig3"
         folder.mkdir(parents=True)
         tables.write(folder / "table_timing.csv", columns)
         write_manifest(folder, {})
-        verdicts.append(judge_figure("mozerov2006_fig3", made, "synthetic", measures=MEASURES))
+        verdicts.append(judge_figure("mozerov2006_fig3", output, "synthetic", measures=MEASURES))
         verdicts.append(judge_folder(folder.parent, "synthetic", ["mozerov2006_fig3"], measures=MEASURES))
-    told = [{name: v.agreement for name, v in by_name(found).items()} for found in verdicts]
-    assert told[0] == told[2]
-    assert told[1] == told[3]
-    assert "agrees" not in {*told[0].values(), *told[1].values()}
+    described = [{name: v.agreement for name, v in by_name(result).items()} for result in verdicts]
+    assert described[0] == described[2]
+    assert described[1] == described[3]
+    assert "agrees" not in {*described[0].values(), *described[1].values()}
 
 
 # --- intervals and baselines ----------------------------------------------------------------------------------
@@ -188,18 +188,18 @@ LS, MAP, NOTHING, ONE = "least_squares", "map", "average_walker", "map_1"
 def errors_of(people: int, gains: np.ndarray, nothing: float) -> dict[str, dict[str, np.ndarray]]:
     """Figure 5 of people whose MAP error is below that of least squares by these shares; its baseline by another."""
     level = np.linspace(80.0, 120.0, people)
-    of = {LS: level, MAP: level * (1 - gains), NOTHING: level * (1 - nothing), ONE: level}
+    owner = {LS: level, MAP: level * (1 - gains), NOTHING: level * (1 - nothing), ONE: level}
     names = np.array([f"p{n:02d}" for n in range(people)])
     rows = {
         "person": np.tile(names, 4),
-        "method": np.repeat(list(of), people),
+        "method": np.repeat(list(owner), people),
         "view_angle_deg": np.zeros(4 * people),
-        "absolute_error_mm2": np.concatenate(list(of.values())),
+        "absolute_error_mm2": np.concatenate(list(owner.values())),
     }
     table = {
-        "method": np.array(list(of)),
+        "method": np.array(list(owner)),
         "view_angle_deg": np.zeros(4),
-        "absolute_error_mm2": np.array([errors.mean() for errors in of.values()]),
+        "absolute_error_mm2": np.array([errors.mean() for errors in owner.values()]),
     }
     ingest = {"person": names, "verdict": np.full(people, "kept")}
     return {"table": table, "table_people": rows, "table_ingest": ingest}
@@ -207,10 +207,10 @@ def errors_of(people: int, gains: np.ndarray, nothing: float) -> dict[str, dict[
 
 def thirty_percent(tables: dict[str, dict[str, np.ndarray]], *, smoke: bool = False) -> papers.Verdict:
     name = "zhang2007_map_thirty_percent"
-    made = {
+    output = {
         f"zhang2007_fig5/{table}" if table != "table" else "zhang2007_fig5": t for table, t in tables.items()
     }
-    (verdict,) = judge([papers.claim(name)], made, "synthetic", smoke=smoke, measures=MEASURES)
+    (verdict,) = judge([papers.claim(name)], output, "synthetic", smoke=smoke, measures=MEASURES)
     return verdict
 
 
@@ -247,18 +247,18 @@ def test_planted_cases_do_not_agree() -> None:
     assert thirty_percent(errors_of(20, gains, -0.2), smoke=True).agreement == "not judged at smoke scale"
     assert thirty_percent(errors_of(20, gains + 0.4, -0.2)).agreement == "close"
     assert thirty_percent(errors_of(20, -gains, -0.9)).agreement == "differs"
-    one = errors_of(20, gains, -0.2)
-    one["table_people"]["person"] = np.full(80, "p00")
-    assert thirty_percent(one).agreement == "undecided", "clips are not people"
+    first = errors_of(20, gains, -0.2)
+    first["table_people"]["person"] = np.full(80, "p00")
+    assert thirty_percent(first).agreement == "undecided", "clips are not people"
 
 
 def test_a_claim_whose_condition_is_not_met_cannot_be_tested() -> None:
     gains = 0.3 + 0.05 * np.sin(np.arange(20))
     tables = errors_of(20, gains, -0.2)
-    for difference, told in ((0.0, "agrees"), (0.01, "untestable")):
+    for difference, described in ((0.0, "agrees"), (0.01, "untestable")):
         anew = {"method": np.array(["map"]), "relative_difference": np.array([difference])}
         verdict = thirty_percent({**tables, "table_recomputed": anew})
-        assert verdict.agreement == told
+        assert verdict.agreement == described
     assert "zhang2007_leave_one_out is not met (expected at most 1e-06, received 0.01)" in verdict.why
 
 
@@ -266,21 +266,21 @@ def test_an_extreme_near_a_bound_does_not_agree_though_no_person_drawn_again_exc
     name = "zhang2007_no_difference_in_any_demonstration"
 
     def verdict(worst: float) -> papers.Verdict:
-        apart = np.linspace(worst - 9.0, worst, 12)
+        distance = np.linspace(worst - 9.0, worst, 12)
         table = {
             "person": [f"p{r:02d}" for r in range(12)],
-            "rms_between_methods_mm": apart,
-            "rms_map_from_average_walker_mm": apart + 40.0,
+            "rms_between_methods_mm": distance,
+            "rms_map_from_average_walker_mm": distance + 40.0,
         }
-        made = {"zhang2007_fig4/table_demonstrations": table}
-        return judge([papers.claim(name)], made, "synthetic", measures=MEASURES)[0]
+        output = {"zhang2007_fig4/table_demonstrations": table}
+        return judge([papers.claim(name)], output, "synthetic", measures=MEASURES)[0]
 
     far, near = verdict(12.0), verdict(19.0)
     assert far.agreement == "agrees"
     assert near.agreement == "close", "its interval ends within the wider bounds"
-    for one, worst in ((far, 12.0), (near, 19.0)):
-        assert one.evidence is not None
-        value = one.evidence.value
+    for first, worst in ((far, 12.0), (near, 19.0)):
+        assert first.evidence is not None
+        value = first.evidence.value
         assert value.value == worst
         assert value.high - worst == pytest.approx(worst - value.low)
 
@@ -348,11 +348,11 @@ def test_the_prediction_of_a_share_ends_at_all() -> None:
         measures=MEASURES,
     )
     assert verdict.evidence is not None
-    one = verdict.evidence.one_sample
-    assert one is not None
-    assert one.value == pytest.approx(96.5)
-    assert one.low == pytest.approx(96.5 - 3.182 * np.sqrt(5 / 4) * 100 * np.std(parts, ddof=1), abs=0.01)
-    assert one.high == 100.0
+    first = verdict.evidence.one_sample
+    assert first is not None
+    assert first.value == pytest.approx(96.5)
+    assert first.low == pytest.approx(96.5 - 3.182 * np.sqrt(5 / 4) * 100 * np.std(parts, ddof=1), abs=0.01)
+    assert first.high == 100.0
 
 
 @pytest.mark.parametrize(("by", "low"), [("walker", 100.0 * 0.025 ** (1 / 20)), ("view_angle_deg", 100.0)])
@@ -386,7 +386,7 @@ def test_populations_take_the_place_of_people() -> None:
     }
     verdict = thirty_percent(tables)
     assert verdict.evidence is not None
-    value, one = verdict.evidence.value, verdict.evidence.one_sample
+    value, first = verdict.evidence.value, verdict.evidence.one_sample
     each_gain = 100.0 * np.array([np.mean(gains) + shift for shift in (-0.25, 0.0, 0.1, 0.25)])
     assert value.value == pytest.approx(each_gain.mean(), abs=0.5), (
         "their mean, not the published population's"
@@ -394,8 +394,8 @@ def test_populations_take_the_place_of_people() -> None:
     se = each_gain.std(ddof=1) / 2.0
     assert value.high - value.value == pytest.approx(3.182 * se, rel=0.05), "Student's, of four"
     assert value.value - value.low == pytest.approx(value.high - value.value)
-    assert one is not None
-    assert one.high - one.value == pytest.approx(3.182 * se * np.sqrt(5.0), rel=0.05), "and of one more"
+    assert first is not None
+    assert first.high - first.value == pytest.approx(3.182 * se * np.sqrt(5.0), rel=0.05), "and of one more"
     assert verdict.paper_in_prediction
     assert verdict.agreement == "undecided"
 
@@ -434,7 +434,7 @@ def test_every_replicate_is_what_its_rows_give() -> None:
     assert drawn is not None
     rows = drawn.tables["fig"]
     assert isinstance(rows, Replicated)
-    wanted = [
+    target = [
         Measure("mean", {"table": "fig", "column": "x", "where": f"method == '{LS}'"}),
         Measure("median", {"table": "fig", "column": "x"}),
         Measure("largest", {"table": "fig", "column": "x"}),
@@ -447,13 +447,13 @@ def test_every_replicate_is_what_its_rows_give() -> None:
         Measure("angle_spread_deg", {"table": "fig", "method": LS}),
         Measure("angle_error_median_deg", {"table": "fig", "method": LS}),
     ]
-    one, two = wanted[0], wanted[5]
-    wanted += [Measure(name, {"of": one, "to": two}) for name in ("ratio", "ratio_percent")] + [
-        Measure("percent_less", {"of": one, "than": two}),
-        Measure("larger", {"of": (one, two)}),
-        Measure("root", {"of": one}),
+    first, two = target[0], target[5]
+    target += [Measure(name, {"of": first, "to": two}) for name in ("ratio", "ratio_percent")] + [
+        Measure("percent_less", {"of": first, "than": two}),
+        Measure("larger", {"of": (first, two)}),
+        Measure("root", {"of": first}),
     ]
-    for measure in wanted:
+    for measure in target:
         fast = evaluation.evaluate(measure, MEASURES, drawn.tables, drawn.size)
         assert np.shape(fast) == (drawn.size,) == (2000 + 7,), "and each person left out"
         for b in (0, 1, 2, 2000, 2006):
@@ -468,11 +468,11 @@ def test_a_measure_that_knows_no_replicates_is_computed_one_after_the_other() ->
     drawn = replicate(["fig"], {"fig": table})
     assert drawn is not None
     broken = Measure("broken_time_constraints", {"table": "fig"})
-    found = np.asarray(evaluation.evaluate(broken, MEASURES, drawn.tables, drawn.size))
-    assert found.shape == (2003,)
+    result = np.asarray(evaluation.evaluate(broken, MEASURES, drawn.tables, drawn.size))
+    assert result.shape == (2003,)
     rows = drawn.tables["fig"]
     assert isinstance(rows, Replicated)
-    assert found[7] == pytest.approx(evaluation.evaluate(broken, MEASURES, {"fig": rows.drawn(7)}))
+    assert result[7] == pytest.approx(evaluation.evaluate(broken, MEASURES, {"fig": rows.drawn(7)}))
 
 
 def test_people_drawn_again_already_are_the_replicates() -> None:
@@ -481,7 +481,7 @@ def test_people_drawn_again_already_are_the_replicates() -> None:
     frames = {"fig/table_space": pd.DataFrame(space), "fig/table_space_draws": pd.DataFrame(draws)}
     drawn = replicate(["fig/table_space"], frames)
     assert drawn is not None
-    found = evaluation.evaluate(
+    result = evaluation.evaluate(
         Measure("mean", {"table": "fig/table_space", "column": "components"}), MEASURES, drawn.tables, 5
     )
-    assert np.asarray(found).tolist() == [3.0, 4.0, 5.0, 4.0, 3.0]
+    assert np.asarray(result).tolist() == [3.0, 4.0, 5.0, 4.0, 3.0]

@@ -85,28 +85,28 @@ def pairs_of(sequences: np.ndarray, person: list[str]) -> pd.DataFrame:
     """Squared distances of all ordered pairs of sequences (M, P)."""
     n, m = np.nonzero(~np.eye(len(person), dtype=bool))
     names = np.array(person)
-    apart = ((sequences[n] - sequences[m]) ** 2).mean(axis=1)
+    average = ((sequences[n] - sequences[m]) ** 2).mean(axis=1)
     columns = {"performance": [f"clip {i}" for i in n], "other": [f"clip {i}" for i in m]}
-    return pd.DataFrame({**columns, "person": names[n], "other_person": names[m], "x": apart})
+    return pd.DataFrame({**columns, "person": names[n], "other_person": names[m], "x": average})
 
 
 def test_variance_left_is_the_variance_of_the_sequences_also_of_people_drawn_again() -> None:
     sequences = np.random.default_rng(2).normal(size=(6, 5))
     person = ["a", "a", "b", "c", "c", "c"]
     pairs = pairs_of(sequences, person)
-    wanted = sequences.var(axis=0, ddof=1).mean()
-    assert of_actions.variance_left(pairs, "x") == pytest.approx(wanted)
-    assert of_actions.variance_left(pairs[::-1], "x") == pytest.approx(wanted), "in any order"
+    target = sequences.var(axis=0, ddof=1).mean()
+    assert of_actions.variance_left(pairs, "x") == pytest.approx(target)
+    assert of_actions.variance_left(pairs[::-1], "x") == pytest.approx(target), "in any order"
     assert np.isnan(of_actions.variance_left(pairs[:0], "x"))
     assert np.isnan(of_actions.variance_left(pairs.assign(x=np.nan), "x"))
     drawn = replicate(["t"], {"t": pairs})
     assert drawn is not None
     rows = drawn.tables["t"]
     assert isinstance(rows, Replicated)
-    found = np.asarray(of_actions.variance_left(rows, "x"))
+    result = np.asarray(of_actions.variance_left(rows, "x"))
     for b in range(20):
         times = np.repeat(np.arange(6), rows.weights[b, [0, 0, 1, 2, 2, 2]].astype(int))
-        assert found[b] == pytest.approx(sequences[times].var(axis=0, ddof=1).mean(), nan_ok=True)
+        assert result[b] == pytest.approx(sequences[times].var(axis=0, ddof=1).mean(), nan_ok=True)
 
 
 def test_a_text_compared_with_a_number_is_refused_by_name() -> None:
@@ -138,8 +138,8 @@ def reconstructibilities(eta: list[float], error: list[float]) -> pd.DataFrame:
     ],
 )
 def test_found_limbs_are_divided_from_others(eta: list[float], error: list[float], divided: float) -> None:
-    found = of_limbs.dividing_reconstructibility(reconstructibilities(eta, error), 0.1)
-    assert found == pytest.approx(divided, nan_ok=True)
+    result = of_limbs.dividing_reconstructibility(reconstructibilities(eta, error), 0.1)
+    assert result == pytest.approx(divided, nan_ok=True)
 
 
 @pytest.mark.parametrize(

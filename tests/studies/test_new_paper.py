@@ -112,8 +112,8 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (copy / REGISTRY).write_text(lines, encoding="utf-8")
     figure = ["experiment=pace2030_fig1", "scale=smoke", "results=made"]
     assert run(copy, "pipeline", *figure).returncode == 0
-    made = ["made/synthetic/smoke", "pace2030_fig1"]
-    assert run(copy, "tests.contents", *made).returncode == 0
+    output = ["made/synthetic/smoke", "pace2030_fig1"]
+    assert run(copy, "tests.contents", *output).returncode == 0
     return copy
 
 
@@ -133,10 +133,10 @@ def run(project: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
 def test_the_figure_is_made_and_shown(project: Path) -> None:
     where = ["results=made", "scale=smoke"]
     assert "frequency_hz" in (project / "tests" / "golden" / "pace2030_fig1.csv").read_text(encoding="utf-8")
-    said = run(project, "pipeline", "status", "experiment=pace2030_fig1", *where)
-    assert "1 current" in said.stdout, said.stdout + said.stderr
-    said = run(project, "pipeline", "report", *where)
-    assert said.returncode == 0, said.stderr
+    message = run(project, "pipeline", "status", "experiment=pace2030_fig1", *where)
+    assert "1 current" in message.stdout, message.stdout + message.stderr
+    message = run(project, "pipeline", "report", *where)
+    assert message.returncode == 0, message.stderr
     assert (project / "made" / "synthetic" / "smoke" / "pace2030_fig1" / "figure.svg").is_file()
     page = (project / "made" / "synthetic" / "smoke" / "index.html").read_text(encoding="utf-8")
     assert "Quick people walk large." in page
@@ -160,5 +160,5 @@ def test_the_tests_hold_with_a_new_paper(project: Path) -> None:
     others = "zhang2004_ or zhang2007_ or park2011_ or mozerov2006_ or keypoints_ or skeleton or slip"
     others += " or odd_tables or too_large"
     others += "".join(f" or [{path.stem}" for path in (ROOT / "pipeline").iterdir() if path.stem != "studies")
-    found = run(project, "pytest", *tests, "-k", f"not ({others})", "-x", "--tb=short")
-    assert found.returncode == 0, found.stdout[-3000:]
+    tracked = run(project, "pytest", *tests, "-k", f"not ({others})", "-x", "--tb=short")
+    assert tracked.returncode == 0, tracked.stdout[-3000:]

@@ -80,7 +80,7 @@ def edit(project: Path, name: str, before: str, after: str) -> None:
 
 def edited(project: Path) -> set[str]:
     """Files of the copy that are new or not as they were, but for results and golden files."""
-    found = set()
+    result = set()
     for path in project.rglob("*"):
         name = path.relative_to(project)
         if (
@@ -89,10 +89,10 @@ def edited(project: Path) -> set[str]:
             and name != Path("docs/figures.md")
             and name.parts[0][0] != "."
         ):
-            here = ROOT / name
-            if not here.is_file() or here.read_bytes() != path.read_bytes():
-                found.add(str(name))
-    return found
+            start = ROOT / name
+            if not start.is_file() or start.read_bytes() != path.read_bytes():
+                result.add(str(name))
+    return result
 
 
 KNOWN_VIEW, PAPER, WORKED = (
@@ -163,8 +163,8 @@ def edit_scalar(project: Path) -> None:
 def edit_claim(project: Path) -> None:
     """Enter a claim, and its value worked out in the head."""
     edit(project, PAPER, BEFORE_CLAIM, CLAIM)
-    known = '    "zhang2007_map_thirty_percent": 50,\n'
-    edit(project, WORKED, known, '    "zhang2007_gain_from_the_front": 62.5,\n')
+    finite = '    "zhang2007_map_thirty_percent": 50,\n'
+    edit(project, WORKED, finite, '    "zhang2007_gain_from_the_front": 62.5,\n')
 
 
 def edit_reader(project: Path) -> None:
@@ -219,8 +219,10 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def folder(project: Path) -> Path:
     """Figure 5 of the copy and the new figure, whose golden files are renewed as `make golden` does."""
     figure, names = "zhang2007_fig5", "zhang2007_fig5,zhang2007_pace"
-    made = run(project, "pipeline", "figures", f"experiment={names}", "scale=smoke", "results=results/golden")
-    assert made.returncode == 0, made.stderr
+    tracked = run(
+        project, "pipeline", "figures", f"experiment={names}", "scale=smoke", "results=results/golden"
+    )
+    assert tracked.returncode == 0, tracked.stderr
     renewed = run(project, "tests.contents", "results/golden/synthetic/smoke", *names.split(","))
     assert renewed.returncode == 0, renewed.stderr
     assert "ViewErrors also makes zhang2004_fig4: make golden FIGURE=… renews each" in renewed.stdout
@@ -263,5 +265,5 @@ def test_the_tests_of_each_change_hold(project: Path, folder: Path) -> None:
     only = "[studies.walks or [formats or test_unmeasured or test_contract or gain_from_the_front or pace"
     only += " or test_golden_digits or result_tables"
     only += " or (every and test_papers) or not ([ or test_papers)"
-    found = run(project, "pytest", "-n", "0", *tests, "-k", only, "-x", "--tb=short")
-    assert found.returncode == 0, found.stdout[-3000:]
+    tracked = run(project, "pytest", "-n", "0", *tests, "-k", only, "-x", "--tb=short")
+    assert tracked.returncode == 0, tracked.stdout[-3000:]

@@ -46,16 +46,16 @@ def test_a_column_of_a_table_has_the_interval_that_a_verdict_on_it_rests_on(seed
     table = trials(np.random.default_rng(seed), 7)
     medians = {"error_median": ("error", "median")}
     rows = aggregate(table, ["camera", "scale"], medians, list(medians))
-    found = rows.set_index("camera")[["error_median_low", "error_median_high"]]
+    result = rows.set_index("camera")[["error_median_low", "error_median_high"]]
     drawn = replicate(["figure/table_trials"], {"figure/table_trials": table})
     assert drawn is not None
     for camera in ("still", "shaky"):
         replicates = measures.median(drawn.tables["figure/table_trials"], "error", f"camera == '{camera}'")
         ends = percentile_interval(np.asarray(replicates)[: drawn.size - drawn.left_out])
-        assert found.loc[camera].tolist() == pytest.approx([float(end) for end in ends], rel=1e-12)
-    low, high = found.loc["still", ["error_median_low", "error_median_high"]]
+        assert result.loc[camera].tolist() == pytest.approx([float(end) for end in ends], rel=1e-12)
+    low, high = result.loc["still", ["error_median_low", "error_median_high"]]
     assert low <= table.loc[table["camera"] == "still", "error"].median() <= high
-    np.testing.assert_allclose(found.loc["shaky"], found.loc["still"] + 1.0, rtol=1e-12)
+    np.testing.assert_allclose(result.loc["shaky"], result.loc["still"] + 1.0, rtol=1e-12)
 
 
 @given(seeds)
@@ -84,11 +84,11 @@ def test_clips_of_one_person_are_drawn_together_where_it_is_known_whose_they_are
     table = pd.DataFrame({"clip": ["a", "b", "c", "d"], "error": [1.0, 2.0, 3.0, 4.0]})
     clips = pd.DataFrame({"clip": ["a", "b", "c", "d"], "person": ["one", "one", "two", "three"]})
     alone = replicate(["limbs"], {"limbs": table})
-    known = replicate(["limbs"], {"limbs": table, "limbs/table_ingest": clips})
+    finite = replicate(["limbs"], {"limbs": table, "limbs/table_ingest": clips})
     assert alone is not None
-    assert known is not None
-    assert (alone.clusters, known.clusters) == (4, 3)
-    drawn = known.tables["limbs"]
+    assert finite is not None
+    assert (alone.clusters, finite.clusters) == (4, 3)
+    drawn = finite.tables["limbs"]
     assert isinstance(drawn, Replicated)
     assert all(
         ("a" in set(drawn.drawn(b)["clip"])) == ("b" in set(drawn.drawn(b)["clip"])) for b in range(50)
@@ -107,8 +107,8 @@ def test_groups_that_hold_other_people_or_no_label_are_drawn_apart(monkeypatch: 
     for key, group in table.groupby(["camera", "view"]):
         for name, statistic in (("mean", weighted_means), ("median", weighted_medians)):
             ends = interval_over_clusters(group["clip"].to_numpy(), group["error"].to_numpy(), statistic)
-            found = rows.loc[key, [f"{name}_low", f"{name}_high"]].tolist()
-            assert found == pytest.approx([float(end) for end in ends], rel=1e-12)
+            result = rows.loc[key, [f"{name}_low", f"{name}_high"]].tolist()
+            assert result == pytest.approx([float(end) for end in ends], rel=1e-12)
 
 
 def test_of_very_many_people_groups_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -127,8 +127,8 @@ def test_of_very_many_people_groups_are_left_out(monkeypatch: pytest.MonkeyPatch
     np.testing.assert_array_equal(some.tables["t"].weights[-15:].sum(axis=0), 14.0)
     values = [np.asarray(measures.mean(drawn.tables["t"], "x")) for drawn in (every, some)]
     ends = [
-        cluster_interval(float(table["x"].mean()), value[: -one.left_out], value[-one.left_out :], 60)
-        for value, one in zip(values, (every, some), strict=True)
+        cluster_interval(float(table["x"].mean()), value[: -first.left_out], value[-first.left_out :], 60)
+        for value, first in zip(values, (every, some), strict=True)
     ]
     width = ends[0][1] - ends[0][0]
     assert ends[1] == pytest.approx(ends[0], abs=0.1 * width)
@@ -142,10 +142,10 @@ def test_means_of_groups_are_the_same_where_only_cells_with_rows_are_held(seed: 
     cluster, group = rng.integers(0, 12, size=80), rng.integers(0, 9, size=80)
     weights = rng.multinomial(12, np.full(12, 1 / 12), size=30).astype(float)
     part = rows.Rows(pd.DataFrame(), cluster, weights, plain=False)
-    found = rng.normal(size=80)
+    result = rng.normal(size=80)
     with pytest.MonkeyPatch.context() as patch:
-        dense = part.group_means(found, group, 10)
+        dense = part.group_means(result, group, 10)
         patch.setattr(rows, "_SPARSE", 0)
-        sparse = part.group_means(found, group, 10)
+        sparse = part.group_means(result, group, 10)
     np.testing.assert_allclose(sparse[0], dense[0], rtol=1e-12)
     np.testing.assert_array_equal(sparse[1], dense[1])

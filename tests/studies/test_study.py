@@ -78,8 +78,8 @@ def test_the_sizes_that_the_scale_sets_are_fields_of_the_scale(group: str, optio
     for field in fields(option):
         if set_by := field.metadata.get("scale"):
             assert {name for name in set_by.values() if isinstance(name, str)} <= sizes, field.name
-            own = [{*size} for size in set_by.values() if isinstance(size, Mapping)]
-            assert all(scales == {"full", "smoke"} for scales in own), field.name
+            reference = [{*size} for size in set_by.values() if isinstance(size, Mapping)]
+            assert all(scales == {"full", "smoke"} for scales in reference), field.name
             assert set(set_by) == ({"start", "stop", "step"} if hints[field.name] is Grid else {"value"})
             assert field.default is MISSING, f"{field.name} has a value of its own"
 
@@ -107,16 +107,16 @@ def known_view(start: float = -90, step: float = 45) -> KnownView:
 
 
 def test_a_recording_counts_in_whole_numbers() -> None:
-    shown = ViewErrors()
-    shown.check_sequence(known_view())
+    displayed = ViewErrors()
+    displayed.check_sequence(known_view())
     for start, step in ((-90, 7.5), (-89.5, 1)):
         sweep = known_view(start, step)
         with rejects("not_whole", "sweep.view_angle_deg", start=start, step=step):
-            shown.check_sequence(sweep)
+            displayed.check_sequence(sweep)
         ViewErrors(recording=False).check_sequence(sweep)
     with rejects("not_whole", "sweep.sigma2_mm2", start=0.5):
         NoiseVariance().check_sequence(known_view())
-    shown.check_sequence(NoSweep())
+    displayed.check_sequence(NoSweep())
 
 
 # --- experiments ------------------------------------------------------------------------------------------
@@ -218,19 +218,19 @@ def test_lists_of_a_class_are_no_options_and_a_default_without_a_type_is_refused
 def test_a_word_chooses_one_option_of_one_study(group: str) -> None:
     words = list(chain.from_iterable(getattr(study, f"{group}s") for study in registry.studies()))
     assert len(set(words)) == len(words)
-    found = registry.options(group)
-    assert set(found) - {"none"} == set(words)
-    assert len(set(found.values())) == len(found), "one word for each option"
+    result = registry.options(group)
+    assert set(result) - {"none"} == set(words)
+    assert len(set(result.values())) == len(result), "one word for each option"
 
 
 def test_a_study_is_called_like_its_folder() -> None:
     for study in registry.STUDIES:
         options = chain.from_iterable(getattr(study, f"{group}s").values() for group in registry.GROUPS)
         modules = {option.__module__ for option in options}
-        own = {module for module in modules if module.startswith(f"pipeline.studies.{study.name}.")}
-        assert own
-        others = {module.split(".")[2] for module in modules - own}
-        assert not others & {one.name for one in registry.STUDIES}, (
+        reference = {module for module in modules if module.startswith(f"pipeline.studies.{study.name}.")}
+        assert reference
+        others = {module.split(".")[2] for module in modules - reference}
+        assert not others & {first.name for first in registry.STUDIES}, (
             "what several studies stand on is of none of them"
         )
 
@@ -238,9 +238,9 @@ def test_a_study_is_called_like_its_folder() -> None:
 @pytest.mark.parametrize(("group", "option"), OPTIONS)
 def test_an_option_says_what_it_returns_and_what_it_is_made_of(group: str, option: type[Any]) -> None:
     """The store reads a value back by the return annotation; a figure is refused without its model."""
-    known = {name: set(registry.options(name).values()) for name in registry.GROUPS}
+    finite = {name: set(registry.options(name).values()) for name in registry.GROUPS}
     if group == "figure":
-        assert option.model in known["model"]
+        assert option.model in finite["model"]
         sequence = option.traits.sequence
         assert not sequence or sequence in {field.name for field in fields(option.sweep)}
         return
@@ -252,7 +252,7 @@ def test_an_option_says_what_it_returns_and_what_it_is_made_of(group: str, optio
         assert isinstance(option.corpus, Corpus)
         assert {"clip", "source", "words"} <= names
     if group == "model":
-        assert option.dataset in known["dataset"]
+        assert option.dataset in finite["dataset"]
         assert "words" in names
 
 
@@ -263,8 +263,8 @@ def test_without_a_sweep_nothing_is_measured() -> None:
 
 
 def test_a_sweep_draws_the_same_numbers_for_one_seed_and_purpose_alone() -> None:
-    one, other = (SweepInputs(None, None, None, None, workers=1, seed=seed) for seed in (1, 2))
-    first = one.generator().random(3)
-    np.testing.assert_array_equal(one.generator().random(3), first)
-    for generator in (other.generator(), one.generator("a part")):
+    single, other = (SweepInputs(None, None, None, None, workers=1, seed=seed) for seed in (1, 2))
+    first = single.generator().random(3)
+    np.testing.assert_array_equal(single.generator().random(3), first)
+    for generator in (other.generator(), single.generator("a part")):
         assert not np.isin(generator.random(3), first).any()

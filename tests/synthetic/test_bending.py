@@ -62,8 +62,8 @@ def test_the_seed_decides_everything() -> None:
     first, again, other = (
         bending_performances(np.random.default_rng(s), performances=4, subjects=2) for s in (1, 1, 2)
     )
-    for one, two in zip(first.positions_mm, again.positions_mm, strict=True):
-        np.testing.assert_array_equal(one, two)
+    for single, two in zip(first.positions_mm, again.positions_mm, strict=True):
+        np.testing.assert_array_equal(single, two)
     assert not np.isclose(first.positions_mm[0][0], other.positions_mm[0][0]).any()
 
 
@@ -174,9 +174,9 @@ def test_the_centre_of_mass_stays_over_the_feet(clean: BendingPerformances) -> N
 
 def test_people_differ_more_than_their_performances(clean: BendingPerformances) -> None:
     depth = np.array([posture.postures(p)[:, 0].min() for p in clean.positions_mm])
-    own = np.array([depth[clean.subject == s] for s in range(20)])
-    assert own.mean(axis=1).std() > 2.0 * own.std(axis=1).mean()
-    assert (np.ptp(own, axis=1) > 0).all()
+    reference = np.array([depth[clean.subject == s] for s in range(20)])
+    assert reference.mean(axis=1).std() > 2.0 * reference.std(axis=1).mean()
+    assert (np.ptp(reference, axis=1) > 0).all()
     assert depth.min() < 0.6  # squats
     assert depth.max() > 0.85  # stoops
 
@@ -213,28 +213,30 @@ def test_a_performance_corresponds_to_itself_and_back(bends: BendingPerformances
             correspondence(bends.phase[n], bends.phase[m]), np.arange(len(bends.phase[n])), atol=1e-9
         )
     for n, m in ((0, 1), (5, 17), (30, 2)):
-        there, back = (
+        moved, back = (
             correspondence(bends.phase[n], bends.phase[m]),
             correspondence(bends.phase[m], bends.phase[n]),
         )
-        assert there.shape == (len(bends.phase[n]),)
-        assert there[0] == 0
-        assert there[-1] == len(bends.phase[m]) - 1
-        assert (np.diff(there) > 0).all()
-        again = np.interp(there, np.arange(len(back)), back)
-        np.testing.assert_allclose(again, np.arange(len(there)), atol=0.02)
+        assert moved.shape == (len(bends.phase[n]),)
+        assert moved[0] == 0
+        assert moved[-1] == len(bends.phase[m]) - 1
+        assert (np.diff(moved) > 0).all()
+        again = np.interp(moved, np.arange(len(back)), back)
+        np.testing.assert_allclose(again, np.arange(len(moved)), atol=0.02)
 
 
 def test_the_true_warp_brings_one_person_s_performances_together() -> None:
     alike = bending_performances(np.random.default_rng(9), performances=8, subjects=1, rate_spread=0.5)
-    told = [posture.postures(p) for p in alike.positions_mm]
+    described = [posture.postures(p) for p in alike.positions_mm]
 
     def difference(frames: np.ndarray, m: int) -> float:
-        at = np.stack([np.interp(frames, np.arange(len(told[m])), column) for column in told[m].T], axis=1)
-        return float(np.sqrt(((at - told[0]) ** 2).sum(axis=1).mean()))
+        at = np.stack(
+            [np.interp(frames, np.arange(len(described[m])), column) for column in described[m].T], axis=1
+        )
+        return float(np.sqrt(((at - described[0]) ** 2).sum(axis=1).mean()))
 
     truth = [difference(correspondence(alike.phase[0], alike.phase[m]), m) for m in range(1, 8)]
-    linear = [difference(np.linspace(0, len(told[m]) - 1, len(told[0])), m) for m in range(1, 8)]
+    linear = [difference(np.linspace(0, len(described[m]) - 1, len(described[0])), m) for m in range(1, 8)]
     assert np.mean(truth) < 0.6 * np.mean(linear)
 
 

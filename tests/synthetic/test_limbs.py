@@ -108,9 +108,9 @@ def test_a_body_keeps_its_lengths_and_moves_all_over() -> None:
 
 
 def test_the_same_seed_is_the_same_body() -> None:
-    one, other, third = (synthetic_body(np.random.default_rng(s), 20).positions_mm for s in (1, 1, 2))
-    np.testing.assert_array_equal(one, other)
-    assert (one != third).any(axis=(0, 2)).all()
+    first, other, third = (synthetic_body(np.random.default_rng(s), 20).positions_mm for s in (1, 1, 2))
+    np.testing.assert_array_equal(first, other)
+    assert (first != third).any(axis=(0, 2)).all()
 
 
 # --- exact recovery ---------------------------------------------------------------------------------------

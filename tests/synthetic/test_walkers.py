@@ -128,12 +128,12 @@ def test_the_walk_goes_forward(walkers: WalkingPopulation) -> None:
 
 
 def test_feet_take_turns(walkers: WalkingPopulation) -> None:
-    apart = (joint(walkers, "left_ankle") - joint(walkers, "right_ankle"))[..., 1]
+    distance = (joint(walkers, "left_ankle") - joint(walkers, "right_ankle"))[..., 1]
     frequencies, _ = harmonic_shares(walkers)
-    crossings = (np.diff(np.sign(apart), axis=1) != 0).sum(axis=1)
+    crossings = (np.diff(np.sign(distance), axis=1) != 0).sum(axis=1)
     # Twice a stride, nothing in between; the ends may cut one off.
     assert np.all(np.abs(crossings - 2 * 8.0 * frequencies) < 2)
-    assert np.all(np.abs(apart.max(axis=1) / -apart.min(axis=1) - 1) < 0.25)
+    assert np.all(np.abs(distance.max(axis=1) / -distance.min(axis=1) - 1) < 0.25)
 
 
 @pytest.mark.parametrize("side", ["left", "right"])
@@ -230,9 +230,9 @@ def test_left_and_right_differ_a_little(clean: WalkingPopulation) -> None:
 
 def test_strides_vary_by_one_to_three_percent() -> None:
     long = walking_population(np.random.default_rng(3), male=4, female=6, duration_s=60.0, marker_noise_mm=0)
-    apart = (joint(long, "left_ankle") - joint(long, "right_ankle"))[..., 1]
+    distance = (joint(long, "left_ankle") - joint(long, "right_ankle"))[..., 1]
     variations = []
-    for path in apart:
+    for path in distance:
         frames = np.arange(path.size - 1)
         up = (path[:-1] < 0) & (path[1:] >= 0)
         moments = frames[up] + path[:-1][up] / (path[:-1][up] - path[1:][up])

@@ -23,12 +23,12 @@ from walk3d.film.reconstruct import model_file
 @pytest.fixture(scope="module")
 def walks() -> list[FourierRepresentation]:
     """Thirty-six synthetic people, about the mean pelvis."""
-    made = walkers.walking_population(
+    output = walkers.walking_population(
         np.random.default_rng(8), male=18, female=18, duration_s=3.0, frame_rate_hz=40.0
     )
     return [
         fourier.represent(walking.set_origin(positions, origin="pelvis_mean"), 40.0)
-        for positions in made.positions_mm
+        for positions in output.positions_mm
     ]
 
 
@@ -49,25 +49,25 @@ def test_bars_of_a_known_laboratory_are_the_dense_posterior(
 ) -> None:
     """Conditioning 225 numbers of covariance E^T Lambda E on a noisy image, in one dense formula."""
     model, view, noise = fit(walks[1:]), np.radians(35.0), 70.0
-    found = walk3d.from_view(model, walks[0], 35.0, hidden=hidden, noise_variance_mm2=noise)
-    seen, unseen = rows_of(view, hidden)
+    result = walk3d.from_view(model, walks[0], 35.0, hidden=hidden, noise_variance_mm2=noise)
+    observed, unseen = rows_of(view, hidden)
     C = (model.components.T * model.eigenvalues) @ model.components
-    gain = C @ seen.T @ np.linalg.inv(seen @ C @ seen.T + noise * np.eye(len(seen)))
-    conditional = C - gain @ seen @ C
+    gain = C @ observed.T @ np.linalg.inv(observed @ C @ observed.T + noise * np.eye(len(observed)))
+    conditional = C - gain @ observed @ C
     missing = unseen.T @ unseen @ conditional @ unseen.T @ unseen  # 225 x 225, nothing along the image
     variance = np.diag(missing).reshape(5, 15, 3)
-    np.testing.assert_allclose(found.standard_deviation**2, variance, rtol=1e-7, atol=1e-6)
+    np.testing.assert_allclose(result.standard_deviation**2, variance, rtol=1e-7, atol=1e-6)
     split = missing.reshape(5, 15, 3, 5, 15, 3)
     for joint in (4, 9, 13):
-        own = split[:, joint, :, :, joint].transpose(1, 0, 3, 2)
-        np.testing.assert_allclose(found.covariance[joint], own, rtol=1e-6, atol=1e-6)
+        reference = split[:, joint, :, :, joint].transpose(1, 0, 3, 2)
+        np.testing.assert_allclose(result.covariance[joint], reference, rtol=1e-6, atol=1e-6)
     # Half widths at an instant, a quarter of the cycle on: p0 + p1 - q2.
     weights = np.array([1.0, 1.0, 0.0, 0.0, -1.0])
-    positions, half = found.at_instants(4)
+    positions, half = result.at_instants(4)
     knee = WALKER15.index("left_knee")
-    np.testing.assert_allclose(positions[1, knee], weights @ found.coefficients[:, knee])
-    of_knee = np.einsum("p,apbq,q->ab", weights, found.covariance[knee], weights)
-    np.testing.assert_allclose(half[1, knee], found.multipliers[knee] * np.sqrt(np.diag(of_knee)))
+    np.testing.assert_allclose(positions[1, knee], weights @ result.coefficients[:, knee])
+    of_knee = np.einsum("p,apbq,q->ab", weights, result.covariance[knee], weights)
+    np.testing.assert_allclose(half[1, knee], result.multipliers[knee] * np.sqrt(np.diag(of_knee)))
 
 
 def test_bars_of_an_unknown_laboratory_are_the_linear_posterior_where_bones_count_little(
@@ -78,22 +78,22 @@ def test_bars_of_an_unknown_laboratory_are_the_linear_posterior_where_bones_coun
     loose = anatomical.Tolerances(within=np.full(16, 1e9), pairs=np.full(len(anatomical.PAIRS), 1e9))
     monkeypatch.setattr(one_view.anatomical, "tolerances", lambda prior: loose)
     model, view = fit(walks[1:]), np.radians(35.0)
-    found = walk3d.from_view(model, walks[0], 35.0, hidden=["head"], laboratory="unknown")
+    result = walk3d.from_view(model, walks[0], 35.0, hidden=["head"], laboratory="unknown")
     learnt = one_view.learnt_prior(model.samples)
     prior = anatomical.unfamiliar(learnt, anatomical.Differences())
     C = prior.covariance.transpose(2, 0, 1, 5, 3, 4).reshape(225, 225)
-    seen, unseen = rows_of(view, ["head"])
-    image = seen @ C @ seen.T
+    observed, unseen = rows_of(view, ["head"])
+    image = observed @ C @ observed.T
     image += np.diag(100.0 + 0.2 * np.diag(image))
-    gain = C @ seen.T @ np.linalg.inv(image)
+    gain = C @ observed.T @ np.linalg.inv(image)
     mean = anatomical.by_block(prior.mean).ravel()
     sample = walks[0].coefficients.ravel()
-    expected = mean + gain @ (seen @ (sample - mean))
-    np.testing.assert_allclose(unseen @ found.coefficients.ravel(), unseen @ expected, atol=1e-5)
-    np.testing.assert_allclose(seen @ found.coefficients.ravel(), seen @ sample, atol=1e-9)
-    conditional = unseen.T @ unseen @ (C - gain @ seen @ C) @ unseen.T @ unseen
+    expected = mean + gain @ (observed @ (sample - mean))
+    np.testing.assert_allclose(unseen @ result.coefficients.ravel(), unseen @ expected, atol=1e-5)
+    np.testing.assert_allclose(observed @ result.coefficients.ravel(), observed @ sample, atol=1e-9)
+    conditional = unseen.T @ unseen @ (C - gain @ observed @ C) @ unseen.T @ unseen
     np.testing.assert_allclose(
-        found.standard_deviation.ravel() ** 2, np.diag(conditional), rtol=1e-5, atol=1e-5
+        result.standard_deviation.ravel() ** 2, np.diag(conditional), rtol=1e-5, atol=1e-5
     )
 
 
@@ -111,24 +111,25 @@ def test_bars_of_95_percent_hold_for_people_left_out(
     laboratory: str, walks: list[FourierRepresentation]
 ) -> None:
     model = fit(walks[8:])
-    found = [walk3d.from_view(model, walk, 30.0, laboratory=laboratory) for walk in walks[:8]]
-    shares = [covered(each, walk) for each, walk in zip(found, walks, strict=False)]
+    result = [walk3d.from_view(model, walk, 30.0, laboratory=laboratory) for walk in walks[:8]]
+    shares = [covered(each, walk) for each, walk in zip(result, walks, strict=False)]
     assert np.mean(shares) > 0.9
     if laboratory == "known":  # the posterior of MAP alone is too narrow
-        assert found[0].calibrated_on == 28
-        of_normal = 1.959963984540054 / found[0].multipliers.mean()
+        assert result[0].calibrated_on == 28
+        of_normal = 1.959963984540054 / result[0].multipliers.mean()
         assert (
-            np.mean([covered(each, walk, of_normal) for each, walk in zip(found, walks, strict=False)]) < 0.85
+            np.mean([covered(each, walk, of_normal) for each, walk in zip(result, walks, strict=False)])
+            < 0.85
         )
     else:
-        assert found[0].calibrated_on == 0
-        np.testing.assert_allclose(found[0].multipliers, 1.959963984540054)
+        assert result[0].calibrated_on == 0
+        np.testing.assert_allclose(result[0].multipliers, 1.959963984540054)
 
 
 def test_bars_of_few_walkers_are_as_computed(walks: list[FourierRepresentation]) -> None:
-    found = walk3d.from_view(fit(walks[1:6]), walks[0], 30.0)
-    assert found.calibrated_on == 0
-    np.testing.assert_allclose(found.multipliers, 1.959963984540054)
+    result = walk3d.from_view(fit(walks[1:6]), walks[0], 30.0)
+    assert result.calibrated_on == 0
+    np.testing.assert_allclose(result.multipliers, 1.959963984540054)
 
 
 def test_the_walkers_that_ship_bring_others_nearer(walks: list[FourierRepresentation]) -> None:
@@ -139,17 +140,17 @@ def test_the_walkers_that_ship_bring_others_nearer(walks: list[FourierRepresenta
         shipped.mean.reshape(5, 15, 3), ratio * np.moveaxis(trained.model.mean, -1, 0)[:5]
     )
     covariance = (shipped.components.T * shipped.eigenvalues) @ shipped.components
-    own = trained.model.covariance.reshape(15, 3, 9, 15, 3, 9)
-    one, other = (2 * 15 + 4) * 3 + 1, (0 * 15 + 11) * 3 + 2  # q1 of the left wrist, p0 of the left ankle
-    assert covariance[one, other] == pytest.approx(ratio**2 * own[4, 1, 2, 11, 2, 0], rel=1e-6)
-    assert covariance[one, one] == pytest.approx(ratio**2 * own[4, 1, 2, 4, 1, 2], rel=1e-6)
+    reference = trained.model.covariance.reshape(15, 3, 9, 15, 3, 9)
+    first, other = (2 * 15 + 4) * 3 + 1, (0 * 15 + 11) * 3 + 2  # q1 of the left wrist, p0 of the left ankle
+    assert covariance[first, other] == pytest.approx(ratio**2 * reference[4, 1, 2, 11, 2, 0], rel=1e-6)
+    assert covariance[first, first] == pytest.approx(ratio**2 * reference[4, 1, 2, 4, 1, 2], rel=1e-6)
     off = {"walkers": 0.0, "average": 0.0}
     for walk in walks[:4]:
         head = walk.coefficients[0, 0, 2] - walk.coefficients[0, [11, 14], 2].mean()
         model = walk3d.walkers(float(head))
-        found = walk3d.from_view(model, walk, 30.0, laboratory="unknown")
+        result = walk3d.from_view(model, walk, 30.0, laboratory="unknown")
         away = np.array([-np.sin(np.radians(30.0)), np.cos(np.radians(30.0)), 0.0])
-        off["walkers"] += float((((found.coefficients - walk.coefficients) @ away) ** 2).sum())
+        off["walkers"] += float((((result.coefficients - walk.coefficients) @ away) ** 2).sum())
         off["average"] += float((((model.mean.reshape(5, 15, 3) - walk.coefficients) @ away) ** 2).sum())
     assert off["walkers"] < 0.6 * off["average"]
     with rejects("out_of_range", "height_mm", value=0.0):
@@ -185,18 +186,18 @@ def test_a_recording_is_written_and_read_again(suffix: str, tmp_path: Path) -> N
 
 
 def test_joints_are_written_with_the_axes_of_the_format(tmp_path: Path) -> None:
-    made = walkers.walking_population(
+    output = walkers.walking_population(
         np.random.default_rng(2), male=1, female=1, duration_s=2.0, frame_rate_hz=40.0
     )
-    shape = made.positions_mm.shape[1:3]
-    motion = MotionCapture(tuple(WALKER15.joints), made.positions_mm[0], np.ones(shape, bool), 40.0, "mm")
+    shape = output.positions_mm.shape[1:3]
+    motion = MotionCapture(tuple(WALKER15.joints), output.positions_mm[0], np.ones(shape, bool), 40.0, "mm")
     back = read(walk3d.write(motion, tmp_path / "walk.trc", skeleton="walker15"))
-    x, y, z = np.moveaxis(made.positions_mm[0], -1, 0)
+    x, y, z = np.moveaxis(output.positions_mm[0], -1, 0)
     np.testing.assert_allclose(back.positions_mm, np.stack([y, z, x], axis=-1), atol=2e-3)
     with rejects("unknown_choice", "the suffix of a motion file", value=".xyz"):
         walk3d.write(motion, tmp_path / "walk.xyz")
     with rejects("wrong_type", "motion"):
-        walk3d.write(made.positions_mm, tmp_path / "walk.c3d")  # type: ignore[arg-type]
+        walk3d.write(output.positions_mm, tmp_path / "walk.c3d")  # type: ignore[arg-type]
     missing = MotionCapture(motion.names, motion.positions_mm, motion.valid.copy(), 40.0, "mm")
     missing.valid[3, 2] = False
     with rejects("missing_sample", "walk.bvh", frame=3):

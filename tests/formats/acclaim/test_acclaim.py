@@ -231,10 +231,10 @@ def test_the_skeleton_in_a_folder_of_its_own_is_found_by_number(pair: tuple[Path
     motions.mkdir()
     skeletons.mkdir()
     moved = motion.rename(motions / "07_01-walk.amc")
-    own = skeleton.rename(skeletons / "07-walk.asf")
+    reference = skeleton.rename(skeletons / "07-walk.asf")
     for other in ("08-walk.asf", "70-walk.asf"):
         (skeletons / other).write_bytes(b"of somebody else")
-    assert acclaim.skeleton_of(moved) == own
+    assert acclaim.skeleton_of(moved) == reference
     assert acclaim.read(moved).positions_mm.shape == (3, 5, 3)
     with rejects("unclear_skeleton", skeletons=[]):
         acclaim.read(moved.rename(motions / "09_01-walk.amc"))

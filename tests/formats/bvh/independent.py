@@ -28,12 +28,12 @@ def read(path: Path, *, rotations_only: bool = False) -> tuple[dict[str, list[Ve
     frames = int(next(words))
     assert next(words) == "FrameTime"
     seconds = float(next(words))
-    found: dict[str, list[Vector]] = {}
+    result: dict[str, list[Vector]] = {}
     for _ in range(frames):
         for root in roots:
-            _place(root, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0), words, found, rotations_only)
+            _place(root, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0), words, result, rotations_only)
     assert next(words, None) is None
-    return found, seconds
+    return result, seconds
 
 
 def _joint(words: Iterator[str]) -> dict:

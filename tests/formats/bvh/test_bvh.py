@@ -325,13 +325,13 @@ class Writer:
             channels = channels or ["Xposition"]
         values = list(self.generator.uniform(-200, 200, len(channels)))
         self.values += values
-        place, turn = offset.copy(), np.eye(4)
+        position, turn = offset.copy(), np.eye(4)
         for channel, value in zip(channels, values, strict=True):
             if channel.endswith("position"):
-                place["XYZ".index(channel[0])] = value
+                position["XYZ".index(channel[0])] = value
             else:
                 turn = turn @ turned(channel[0], value)
-        matrix = parent @ moved(place) @ turn
+        matrix = parent @ moved(position) @ turn
         self.expected.append(matrix[:3, 3])
         self.lines += [f"{kind} joint{len(self.expected)}", "{"]
         self.lines += [f"OFFSET {' '.join(map(repr, offset.tolist()))}"]

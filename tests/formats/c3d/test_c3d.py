@@ -309,9 +309,9 @@ def test_rates_that_disagree(tmp_path: Path) -> None:
 def test_a_rate_of_zero_follows_from_the_analog_samples_or_the_option(tmp_path: Path) -> None:
     path = tmp_path / "a.c3d"
     path.write_bytes(make(steps(), LABELS, point={"RATE": 0.0}, header={20: bytes(4)}, analog=(2, 5)))
-    found = c3d.read(path, frame_rate_hz=60.0)
-    assert found.frame_rate_hz == 100.0
-    assert any("the analog samples give" in note for note in found.notes)
+    recording = c3d.read(path, frame_rate_hz=60.0)
+    assert recording.frame_rate_hz == 100.0
+    assert any("the analog samples give" in note for note in recording.notes)
     path.write_bytes(make(steps(), LABELS, rate=0.0))
     assert c3d.read(path, frame_rate_hz=60.0).frame_rate_hz == 60.0
     path.write_bytes(make(steps(), LABELS))

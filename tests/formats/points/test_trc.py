@@ -207,9 +207,9 @@ COMMAS = made().replace("\t", ",").replace("nan", "")
 def test_blank_doubled_and_separated_otherwise(tmp_path: Path, text: str, notes: list[str]) -> None:
     motion = read(tmp_path, text)
     assert_is_the_example(motion)
-    told = [note for note in motion.notes if "no line end" not in note]
-    assert len(told) == len(notes)
-    assert all(words in note for words, note in zip(notes, told, strict=True))
+    described = [note for note in motion.notes if "no line end" not in note]
+    assert len(described) == len(notes)
+    assert all(words in note for words, note in zip(notes, described, strict=True))
 
 
 def test_a_marker_without_a_name_is_called_by_its_place(tmp_path: Path) -> None:
@@ -256,9 +256,9 @@ def test_a_missing_line_is_a_missing_frame(tmp_path: Path) -> None:
     assert len(motion.valid) == 20
     assert np.flatnonzero(~motion.valid.all(axis=1)).tolist() == [5, 6]
     assert motion.notes == ("2 frames have no row and are missing.",)
-    told = read(tmp_path, line(np.delete(np.arange(20) / 128, [5, 6])))  # the rate is that of most steps
-    assert told.frame_rate_hz == 128.0
-    np.testing.assert_array_equal(told.valid, motion.valid)
+    described = read(tmp_path, line(np.delete(np.arange(20) / 128, [5, 6])))  # the rate is that of most steps
+    assert described.frame_rate_hz == 128.0
+    np.testing.assert_array_equal(described.valid, motion.valid)
 
 
 @pytest.mark.parametrize("apart", [2, 3, 10, 40])

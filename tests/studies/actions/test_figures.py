@@ -39,10 +39,10 @@ def read(folder: Path, name: str, table: str = "table") -> Columns:
 
 def of(columns: Columns, name: str, **labels: str) -> np.ndarray:
     """A column's rows that carry labels in other columns."""
-    here = np.ones(len(columns[name]), dtype=bool)
+    start = np.ones(len(columns[name]), dtype=bool)
     for column, label in labels.items():
-        here &= columns[column] == label
-    return columns[name][here]
+        start &= columns[column] == label
+    return columns[name][start]
 
 
 @pytest.fixture
@@ -53,8 +53,8 @@ def store(smoke_results: Path) -> Store:
 
 def make(store: Store, name: str, *overrides: str) -> Outcome:
     """One figure at smoke scale."""
-    given = [f"experiment={name}", "scale=smoke", f"results={store.results}", *overrides]
-    config = compose(given)
+    inputs = [f"experiment={name}", "scale=smoke", f"results={store.results}", *overrides]
+    config = compose(inputs)
     return make_figure(config, store.results / config.data.name / name, store=store)
 
 
@@ -214,8 +214,10 @@ def test_synchronization_leaves_less_variance_and_key_frames_differ_from_themsel
             for name in np.unique(columns["performance"])
         ]
     )
-    kept = read(made, FIGURES[2], "table_spectrum")["kept"].sum()
-    assert per_sample.shape[1] == kept, "all dimensions are drawn, so the variance can be had from the table"
+    retained = read(made, FIGURES[2], "table_spectrum")["kept"].sum()
+    assert per_sample.shape[1] == retained, (
+        "all dimensions are drawn, so the variance can be had from the table"
+    )
     by_hand = per_sample.var(axis=0, ddof=1).sum(axis=0).mean()
     assert left["synchronized"] == pytest.approx(by_hand, rel=1e-8)
 
@@ -223,8 +225,8 @@ def test_synchronization_leaves_less_variance_and_key_frames_differ_from_themsel
 def test_the_model_is_the_mean_and_spread_of_the_synchronized_performances(made: Path) -> None:
     model, columns = read(made, FIGURES[2], "table_model"), read(made, FIGURES[2])
     for component in (1, 2):
-        here = (columns["stage"] == "synchronized") & (columns["component"] == component)
-        values = columns["value"][here].reshape(-1, 100)
+        start = (columns["stage"] == "synchronized") & (columns["component"] == component)
+        values = columns["value"][start].reshape(-1, 100)
         of_model = model["component"] == component
         np.testing.assert_allclose(model["mean"][of_model], values.mean(axis=0), rtol=1e-7, atol=1e-9)
         free = ~model["floored"][of_model]
@@ -268,13 +270,13 @@ def test_recovered_time_is_nearer_the_truth_than_linear_time(made: Path) -> None
 def test_errors_at_the_models_own_smoothness_are_those_of_the_sweep(made: Path) -> None:
     columns, each = read(made, FIGURES[3]), read(made, FIGURES[3], "table_performances")
     median = read(made, FIGURES[2], "table_performances")["is_median"]
-    own = columns["smoothness"] == 0.02
+    reference = columns["smoothness"] == 0.02
     for stage in ("linear", "keyframe", "synchronized"):
         errors = of(each, "error_moving_frames", stage=stage)
         assert errors[median] == pytest.approx(0.0, abs=1e-9), "the pattern's time is its own"
-        here = (columns["stage"] == stage) & (own | (stage != "synchronized"))
-        here &= columns["penalty"] != "as_printed"
-        (mean,) = columns["error_moving_frames"][here]
+        start = (columns["stage"] == stage) & (reference | (stage != "synchronized"))
+        start &= columns["penalty"] != "as_printed"
+        (mean,) = columns["error_moving_frames"][start]
         assert errors[~median].mean() == pytest.approx(mean, rel=1e-8)
 
 
@@ -387,8 +389,8 @@ def test_options_that_cannot_be_are_refused_in_a_sentence(
 def test_too_few_performances_are_refused_with_the_reasons_of_those_that_are(
     store: Store, tmp_path: Path
 ) -> None:
-    made = synthetic_performances(SyntheticPerformances(performances=3), 3)
+    output = synthetic_performances(SyntheticPerformances(performances=3), 3)
     for n in range(2):
-        trc.write(tmp_path / f"p{n}_1.trc", WALKER15.joints, made.motion(n)[: 90 * n or 5], 30.0)
+        trc.write(tmp_path / f"p{n}_1.trc", WALKER15.joints, output.motion(n)[: 90 * n or 5], 30.0)
     with pytest.raises(InvalidInput, match=r"\(expected 3 or more, found p0_1\.trc: too short [^;]*\)$"):
         make(store, "mozerov2006_fig2", "data=folder", f"data.path={tmp_path}", "skeleton=auto")

@@ -33,7 +33,7 @@ def test_another_action_is_told(bends: int, others: int, told: list[str]) -> Non
         phase=None,
         moving_phase=None,
         **{
-            name: np.array([getattr(of, name)[n] for of, n in chosen])
+            name: np.array([getattr(owner, name)[n] for owner, n in chosen])
             for name in ("frame_rate_hz", "leg_length_mm", "person", "clip", "source")
         },
     )

@@ -41,8 +41,8 @@ def measure() -> Measure:
 
 
 def test_accepted_draws_lie_within_the_bounds_and_the_others_without(measure: Measure) -> None:
-    found = measure(PostureSampling(measured=300, resamples=3))
-    of_kind = found.rows.set_index(["kind", "frame"])
+    result = measure(PostureSampling(measured=300, resamples=3))
+    of_kind = result.rows.set_index(["kind", "frame"])
     accepted, outside = of_kind.loc["accepted"], of_kind.loc["outside"]
     shares = ["acceptance", "bounds_held_fraction"]
     assert (accepted[shares] == 1.0).all(axis=None)
@@ -56,10 +56,10 @@ def test_accepted_draws_lie_within_the_bounds_and_the_others_without(measure: Me
 
 def test_the_postures_shown_are_accepted_and_frames_count_from_one(measure: Measure) -> None:
     """Back from the joints: every limb has the same length in all samples, the first frame is the first sample."""
-    found = measure(PostureSampling(frames=[1, 100], samples=5, measured=20, resamples=3))
-    np.testing.assert_allclose(found.bodies[:, 0], found.mean_performance[[0, 99]], rtol=1e-12)
-    lengths = posture.limb_lengths(found.mean_performance).limbs_mm
-    for body in found.bodies[:, 1:]:
+    result = measure(PostureSampling(frames=[1, 100], samples=5, measured=20, resamples=3))
+    np.testing.assert_allclose(result.bodies[:, 0], result.mean_performance[[0, 99]], rtol=1e-12)
+    lengths = posture.limb_lengths(result.mean_performance).limbs_mm
+    for body in result.bodies[:, 1:]:
         np.testing.assert_allclose(posture.limb_lengths(body).limbs_mm, lengths, rtol=1e-9)
 
 
@@ -82,9 +82,9 @@ def test_the_nearest_posture_is_the_nearest_of_all(seed: int) -> None:
     )
     recorded[1, 2] = joints[5]
     expected = np.linalg.norm(joints[:, None, None] - recorded, axis=-1).mean(axis=-1).min(axis=-1)
-    found = posture_samples.nearest(joints, recorded, 1)
-    np.testing.assert_allclose(found, expected, atol=0.01)
-    assert found[5, 1] < 0.01
+    result = posture_samples.nearest(joints, recorded, 1)
+    np.testing.assert_allclose(result, expected, atol=0.01)
+    assert result[5, 1] < 0.01
 
 
 @given(seed=seeds, bound=st.floats(0.5, 5.0))

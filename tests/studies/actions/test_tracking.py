@@ -116,10 +116,10 @@ def test_no_fold_sees_its_performance(postures: Postures, leave_out: LeaveOut) -
     for a, b in zip(before, numbers(learn_without(ActionSpaceModel(), perturbed, out)), strict=True):
         np.testing.assert_array_equal(a, b)
     another = np.arange(len(people)) == int(np.flatnonzero(~out)[1])
-    heard = numbers(
+    messages = numbers(
         learn_without(ActionSpaceModel(), performances_of(changed(postures, another, seed=1)), out)
     )
-    assert any(a.shape != b.shape or not np.array_equal(a, b) for a, b in zip(before, heard, strict=True))
+    assert any(a.shape != b.shape or not np.array_equal(a, b) for a, b in zip(before, messages, strict=True))
 
 
 def test_a_person_who_performs_twice_leaves_whole() -> None:
@@ -141,11 +141,11 @@ def test_hidden_joints_are_never_read(trial: Trial) -> None:
         joints[hidden] += 1e4
         elsewhere = replace(trial, performance=replace(trial.performance, joints_mm=joints))
         np.testing.assert_array_equal(elsewhere.seen(condition), image)
-        found = trial.filtered("prior", condition, image)
-        np.testing.assert_array_equal(found.seen, (~hidden).sum(axis=1))
+        result = trial.filtered("prior", condition, image)
+        np.testing.assert_array_equal(result.seen, (~hidden).sum(axis=1))
         again = elsewhere.filtered("prior", condition, elsewhere.seen(condition))
-        np.testing.assert_array_equal(again.posture, found.posture)
-        np.testing.assert_array_equal(again.log_evidence, found.log_evidence)
+        np.testing.assert_array_equal(again.posture, result.posture)
+        np.testing.assert_array_equal(again.log_evidence, result.log_evidence)
 
 
 def test_joints_that_are_seen_are_read(trial: Trial) -> None:
@@ -157,14 +157,14 @@ def test_joints_that_are_seen_are_read(trial: Trial) -> None:
 
 def test_conditions_do_not_influence_each_other(trial: Trial) -> None:
     """Each gives alone, and in whatever order, what it gives among others."""
-    wanted = [Condition(30, 10.0, 0.0), Condition(50, 10.0, 0.25), Condition(30, 0.0, 0.5)]
-    among = trial.all(wanted, wanted[1])
+    target = [Condition(30, 10.0, 0.0), Condition(50, 10.0, 0.25), Condition(30, 0.0, 0.5)]
+    among = trial.all(target, target[1])
     for order in ([2, 1, 0], [1], [0, 1]):
-        found = trial.all([wanted[n] for n in order], wanted[1])
+        result = trial.all([target[n] for n in order], target[1])
         of_one = len(METHODS)
         rows = np.concatenate([np.arange(of_one) + of_one * n for n in order])
-        pd.testing.assert_frame_equal(found.rows, among.rows.iloc[rows].reset_index(drop=True))
-        np.testing.assert_array_equal(found.joints, among.joints)
+        pd.testing.assert_frame_equal(result.rows, among.rows.iloc[rows].reset_index(drop=True))
+        np.testing.assert_array_equal(result.joints, among.joints)
 
 
 # --- what the prior is worth ------------------------------------------------------------------------------
@@ -181,9 +181,9 @@ def test_the_prior_beats_no_prior_at_few_particles(measured: TrackingErrors) -> 
     mean = errors.groupby([name for name in errors.index.names if name != "performance"]).mean()
     for other in ("no_prior", "no_prior_own_step", "mean_linear_phase"):
         assert (mean["prior"] < mean[other]).all(), other
-    known = mean.loc["performance"]
+    finite = mean.loc["performance"]
     for other in ("no_prior", "no_prior_own_step"):  # by far, where the model knows the person
-        assert (known["prior"] < 0.8 * known[other]).all(), other
+        assert (finite["prior"] < 0.8 * finite[other]).all(), other
 
 
 def test_the_best_phase_is_no_worse_than_a_constant_rate(measured: TrackingErrors) -> None:
@@ -194,21 +194,25 @@ def test_the_best_phase_is_no_worse_than_a_constant_rate(measured: TrackingError
 
 
 def test_the_rows_are_what_they_are_said_to_be(measured: TrackingErrors) -> None:
-    rows, wanted = measured.rows, QUICK.conditions
+    rows, target = measured.rows, QUICK.conditions
     assert rows["varied"].unique().tolist() == ["particles", "noise", "occlusion"]
-    assert len(rows) == 2 * len(wanted) * 2 * len(METHODS)
+    assert len(rows) == 2 * len(target) * 2 * len(METHODS)
     # The same condition is the same track, whatever is varied.
-    of = {varied: each.reset_index(drop=True) for varied, each in rows.groupby("varied")}
-    pd.testing.assert_frame_equal(of["particles"].drop(columns="varied"), of["noise"].drop(columns="varied"))
+    owner = {varied: each.reset_index(drop=True) for varied, each in rows.groupby("varied")}
+    pd.testing.assert_frame_equal(
+        owner["particles"].drop(columns="varied"), owner["noise"].drop(columns="varied")
+    )
     assert np.isnan(measured.shown_image).any()
-    shown = rows[
+    displayed = rows[
         (rows["leave_out"] == "performance")
         & (rows["varied"] == "occlusion")
         & (rows["occluded"] == QUICK.demonstrated.occluded)
     ].set_index(["performance", "method"])["error_mm"]
     names = list(dict.fromkeys(rows["performance"]))
     name = names[list(measured.tracked).index(measured.shown[0])]
-    np.testing.assert_allclose(measured.shown_error_mm.mean(axis=1), shown[name][list(METHODS)], rtol=1e-12)
+    np.testing.assert_allclose(
+        measured.shown_error_mm.mean(axis=1), displayed[name][list(METHODS)], rtol=1e-12
+    )
     assert not rows["pruned_fraction"][rows["method"] != "prior"].any()
     aspace = rows.groupby(["leave_out", "performance"])["aspace_error_mm"].first().unstack(0)
     assert (aspace["performance"] < aspace["person"]).all()
@@ -225,9 +229,9 @@ def test_seeds_reproduce(postures: Postures) -> None:
 
 def test_one_person_alone_is_not_left_out(postures: Postures) -> None:
     alone = replace(postures, person=np.full(len(postures.person), "a"))
-    found = measure(replace(QUICK, particles=[5], tracked=1, occluded=[0.0]), alone)
-    assert list(found.leave_out) == ["performance"]
-    assert found.remarks == ["tracking: there is only one person, so no person is left out"]
+    result = measure(replace(QUICK, particles=[5], tracked=1, occluded=[0.0]), alone)
+    assert list(result.leave_out) == ["performance"]
+    assert result.remarks == ["tracking: there is only one person, so no person is left out"]
     with rejects("too_few_people", "sweep.leave_out", count=1):
         measure(replace(QUICK, leave_out=[LeaveOut.person]), alone)
 
@@ -288,10 +292,10 @@ def test_a_performance_stands_alike_wherever_it_was_recorded(trial: Trial, seed:
     performance = trial.performance
     angle = generator.uniform(-np.pi, np.pi)
     cos, sin = np.cos(angle), np.sin(angle)
-    place = generator.uniform(-5e3, 5e3, 3)
-    recorded = performance.joints_mm @ np.array([[cos, sin, 0], [-sin, cos, 0], [0, 0, 1.0]]) + place
+    position = generator.uniform(-5e3, 5e3, 3)
+    recorded = performance.joints_mm @ np.array([[cos, sin, 0], [-sin, cos, 0], [0, 0, 1.0]]) + position
     np.testing.assert_allclose(
-        standing(recorded, performance.postures, place[2]), performance.joints_mm, atol=1e-6
+        standing(recorded, performance.postures, position[2]), performance.joints_mm, atol=1e-6
     )
 
 
@@ -310,16 +314,16 @@ def test_joints_and_postures_of_a_performance_belong_together(frame: str) -> Non
 def test_the_rows_of_the_figure_are_means_of_performances(smoke_results: Path) -> None:
     folder = smoke_results / "synthetic" / "smoke" / "mozerov2006_tracking"
     recording = folder / "recording.rrd"
-    wanted = {f"{top}/{m}" for m in METHODS for top in ("world/tracked", "curves/error_mm")}
-    assert wanted | {"world/original", "image/observed", "about"} <= set(reading.entities(recording))
+    target = {f"{top}/{m}" for m in METHODS for top in ("world/tracked", "curves/error_mm")}
+    assert target | {"world/original", "image/observed", "about"} <= set(reading.entities(recording))
     table = tables.read(folder / "table.csv")
     each = tables.read(folder / "table_performances.csv")
     assert len(each["error_mm"]) == 2 * len(table["error_mm"])
     key = ("leave_out", "varied", "particles", "noise_mm", "occluded", "method")
     for row, error in enumerate(table["error_mm"]):
-        here = np.all([each[k] == table[k][row] for k in key], axis=0)
-        assert error == pytest.approx(each["error_mm"][here].mean(), rel=1e-8)
-        assert table["error_sd_mm"][row] == pytest.approx(each["error_mm"][here].std(ddof=1), rel=1e-6)
+        start = np.all([each[k] == table[k][row] for k in key], axis=0)
+        assert error == pytest.approx(each["error_mm"][start].mean(), rel=1e-8)
+        assert table["error_sd_mm"][row] == pytest.approx(each["error_mm"][start].std(ddof=1), rel=1e-6)
 
 
 # --- options ----------------------------------------------------------------------------------------------
@@ -327,12 +331,12 @@ def test_the_rows_of_the_figure_are_means_of_performances(smoke_results: Path) -
 
 def test_one_quantity_is_varied_at_a_time() -> None:
     options = HeldOutTracking(particles=[100, 2000, 500, 50], tracked=0)
-    wanted = options.conditions
-    assert [c.particles for v, c in wanted if v == "particles"] == [50, 100, 500, 2000]
-    assert {c.particles for v, c in wanted if v != "particles"} == {500}
-    assert {(c.noise_mm, c.occluded) for v, c in wanted if v == "particles"} == {(10.0, 0.0)}
-    assert [c.noise_mm for v, c in wanted if v == "noise"] == [0.0, 10.0, 30.0]
-    assert [c.occluded for v, c in wanted if v == "occlusion"] == [0.0, 0.25, 0.5]
+    target = options.conditions
+    assert [c.particles for v, c in target if v == "particles"] == [50, 100, 500, 2000]
+    assert {c.particles for v, c in target if v != "particles"} == {500}
+    assert {(c.noise_mm, c.occluded) for v, c in target if v == "particles"} == {(10.0, 0.0)}
+    assert [c.noise_mm for v, c in target if v == "noise"] == [0.0, 10.0, 30.0]
+    assert [c.occluded for v, c in target if v == "occlusion"] == [0.0, 0.25, 0.5]
     assert options.demonstrated == Condition(500, 10.0, 0.25)
     assert HeldOutTracking(particles=[10, 30, 20], tracked=0).conditions[-1][1].particles == 20
     assert list(evenly(3, 7)) == [0, 3, 6]

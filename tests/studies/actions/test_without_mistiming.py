@@ -60,11 +60,13 @@ def test_without_mistiming_synchronization_takes_less_off(
 def test_pairs_give_the_variance_also_of_unequal_lengths() -> None:
     rng = np.random.default_rng(0)
     equal = list(rng.normal(size=(4, 7, 3)))
-    apart = squared_distances(equal)
-    assert apart.sum() / (2 * 4 * 3) == pytest.approx(np.stack(equal).var(axis=0, ddof=1).sum(axis=1).mean())
+    distance = squared_distances(equal)
+    assert distance.sum() / (2 * 4 * 3) == pytest.approx(
+        np.stack(equal).var(axis=0, ddof=1).sum(axis=1).mean()
+    )
     shorter = [equal[0][:3], *equal[1:]]
     assert squared_distances(shorter)[0, 1] == pytest.approx(((equal[0][:3] - equal[1][:3]) ** 2).sum() / 3)
-    assert squared_distances(shorter)[1, 2] == pytest.approx(apart[1, 2])
+    assert squared_distances(shorter)[1, 2] == pytest.approx(distance[1, 2])
 
 
 def test_the_pattern_of_others_has_not_seen_the_person() -> None:
@@ -81,8 +83,8 @@ def test_the_pattern_of_others_has_not_seen_the_person() -> None:
 
 def test_moments_of_people_give_the_covariance_of_all_their_postures(dataset: Postures) -> None:
     postures = dataset.split(dataset.postures)
-    found = moments(postures, dataset.person)
-    (covariance,) = found.covariances(np.ones((1, 5), dtype=int))
+    result = moments(postures, dataset.person)
+    (covariance,) = result.covariances(np.ones((1, 5), dtype=int))
     assert covariance == pytest.approx(np.cov(np.concatenate(postures).T, ddof=0), abs=1e-12)
     everyone, drawn = space_tables(postures, dataset.person)
     space = aspace.learn(postures)

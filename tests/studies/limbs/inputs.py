@@ -15,8 +15,8 @@ def stretches_of(name: str) -> LimbStretches:
     experiment = compose(["scale=smoke", f"experiment={name}"])
     corpus = experiment.dataset.corpus
     clips = experiment.data.request(corpus, experiment.skeleton, experiment.seed, 1).make()
-    found: LimbStretches = experiment.dataset.build(clips, workers=1)
-    return found
+    result: LimbStretches = experiment.dataset.build(clips, workers=1)
+    return result
 
 
 def measure(

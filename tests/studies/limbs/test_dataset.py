@@ -46,9 +46,9 @@ def test_clips_that_are_all_too_short_are_refused(clips: VariedClips) -> None:
 
 
 def test_clips_slower_than_the_stretches_are_told(clips: VariedClips) -> None:
-    made = LimbDataset(frames=50, frame_rate_hz=120.0).build(clips, workers=1)
-    assert made.remarks == [
+    output = LimbDataset(frames=50, frame_rate_hz=120.0).build(clips, workers=1)
+    assert output.remarks == [
         f"3 clips are slower than 120 Hz, so that their stretches last longer (e.g. {clips.clip[0]})"
     ]
-    frames = np.diff(clips.first)[list(clips.clip).index(made.clip[-1])]
-    assert made.start_s[-1] == (frames - 50) / 60.0
+    frames = np.diff(clips.first)[list(clips.clip).index(output.clip[-1])]
+    assert output.start_s[-1] == (frames - 50) / 60.0

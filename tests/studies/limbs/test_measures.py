@@ -76,9 +76,9 @@ def test_every_replicate_is_what_its_rows_give(measure: Measure) -> None:
 
 def test_the_correlation_is_spearmans() -> None:
     table = trials()
-    found = evaluation.evaluate(WANTED[1], MEASURES, {"fig": table})
+    result = evaluation.evaluate(WANTED[1], MEASURES, {"fig": table})
     expected = rank_correlation(table["reconstructibility"].to_numpy(), table["limb_error"].to_numpy())
-    assert found == pytest.approx(expected, rel=1e-12)
+    assert result == pytest.approx(expected, rel=1e-12)
 
 
 def test_people_are_drawn_and_not_their_clips_where_they_are_known() -> None:
@@ -99,23 +99,23 @@ def test_a_skeleton_that_hangs_has_its_feet_below_its_root_and_its_head_above(
     stretches: LimbStretches,
 ) -> None:
     root, lengths = stretches.positions[0][:, ROOT], stretches.lengths_mm[0]
-    found = baselines.hanging(root, lengths) - root[:, None]
-    of = dict(zip(WALKER14.limbs, lengths, strict=True))
-    place = WALKER14.joints.index
-    below = -(of["left_knee"] + of["left_ankle"])
-    np.testing.assert_allclose(found[:, place("left_ankle")], [[0.0, 0.0, below]] * len(root), atol=1e-9)
-    above = of["sternum"] + of["head"]
-    np.testing.assert_allclose(found[:, place("head")], [[0.0, 0.0, above]] * len(root), atol=1e-9)
+    result = baselines.hanging(root, lengths) - root[:, None]
+    owner = dict(zip(WALKER14.limbs, lengths, strict=True))
+    position = WALKER14.joints.index
+    below = -(owner["left_knee"] + owner["left_ankle"])
+    np.testing.assert_allclose(result[:, position("left_ankle")], [[0.0, 0.0, below]] * len(root), atol=1e-9)
+    above = owner["sternum"] + owner["head"]
+    np.testing.assert_allclose(result[:, position("head")], [[0.0, 0.0, above]] * len(root), atol=1e-9)
 
 
 def test_the_mean_pose_is_the_pose_that_stands_still_and_errs_least(stretches: LimbStretches) -> None:
     truth = stretches.positions[0]
     root = truth[:, ROOT]
-    found = baselines.mean_pose(root, truth)
-    assert np.ptp(found - root[:, None], axis=0).max() < 1e-9
-    off = np.square(found - truth).sum()
+    result = baselines.mean_pose(root, truth)
+    assert np.ptp(result - root[:, None], axis=0).max() < 1e-9
+    off = np.square(result - truth).sum()
     rng = np.random.default_rng(2)
-    assert all(np.square(found + rng.normal(0, 5, (1, 15, 3)) - truth).sum() > off for _ in range(5))
+    assert all(np.square(result + rng.normal(0, 5, (1, 15, 3)) - truth).sum() > off for _ in range(5))
 
 
 def test_a_limb_that_does_nothing_is_wrong_by_what_its_parent_is(stretches: LimbStretches) -> None:

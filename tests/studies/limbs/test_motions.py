@@ -44,20 +44,20 @@ def read(folder: Path, table: str = "table") -> Columns:
 
 def of(columns: Columns, name: str, **labels: object) -> np.ndarray:
     """A column's rows that carry labels in other columns."""
-    here = np.ones(len(columns[name]), dtype=bool)
+    start = np.ones(len(columns[name]), dtype=bool)
     for column, label in labels.items():
-        here &= columns[column] == label
-    return columns[name][here]
+        start &= columns[column] == label
+    return columns[name][start]
 
 
 def test_the_recording_and_the_picture_are_whole(folder: Path) -> None:
     viewer.verify(folder / "recording.rrd")
-    wanted = {
+    target = {
         "about", "world/original/walking_001", "world/trajectories/original/walking_001",
         "world/cameras/still/walking_001/seen",
         "world/trajectories/still/walking_001", "world/cameras/shaky/walking_001/seen",
     }  # fmt: skip
-    assert wanted <= set(reading.entities(folder / "recording.rrd"))
+    assert target <= set(reading.entities(folder / "recording.rrd"))
     assert (folder / "figure.png").stat().st_size > 20_000
 
 
@@ -97,13 +97,13 @@ def test_bounds_are_below_what_was_taken_and_confidence_follows_margins(folder: 
 
 def test_neither_workers_nor_certificates_change_a_reconstruction(stretches: LimbStretches) -> None:
     options = MotionsSweep(cameras=[Camera.moving], clips=2, time_limit_s=0.0)
-    one = measure(options, stretches, COARSE)
+    first = measure(options, stretches, COARSE)
     two = measure(replace(options, time_limit_s=0.03), stretches, COARSE, workers=2)
-    np.testing.assert_array_equal(one.as_chosen.positions, two.as_chosen.positions)
-    np.testing.assert_array_equal(one.clips["error_up_to_mirror_mm"], two.clips["error_up_to_mirror_mm"])
-    assert two.limbs["proved"].sum() > one.limbs["proved"].sum()
+    np.testing.assert_array_equal(first.as_chosen.positions, two.as_chosen.positions)
+    np.testing.assert_array_equal(first.clips["error_up_to_mirror_mm"], two.clips["error_up_to_mirror_mm"])
+    assert two.limbs["proved"].sum() > first.limbs["proved"].sum()
     other = measure(options, stretches, COARSE, seed=8)
-    assert not np.array_equal(one.as_chosen.images, other.as_chosen.images)
+    assert not np.array_equal(first.as_chosen.images, other.as_chosen.images)
 
 
 def test_the_root_and_the_lengths_can_be_guessed(stretches: LimbStretches) -> None:
@@ -115,13 +115,13 @@ def test_the_root_and_the_lengths_can_be_guessed(stretches: LimbStretches) -> No
         lengths=Lengths.anthropometric,
         time_limit_s=0.0,
     )
-    found = measure(options, stretches, COARSE).as_chosen
-    apart = found.positions[0, 0, :, ROOT] - found.truth[0, :, ROOT]
-    middle = len(apart) // 2
-    assert np.abs(apart[middle]).max() < 1e-6, "at the depth of the middle frame it is true there"
-    assert np.abs(apart).max() > 1.0
-    thigh = np.linalg.norm(np.diff(found.positions[0, 0][:, [9, 10]], axis=1)[:, 0], axis=-1)
-    true = np.linalg.norm(np.diff(found.truth[0][:, [[9, 10], [12, 13]]], axis=2)[:, :, 0], axis=-1)
+    result = measure(options, stretches, COARSE).as_chosen
+    distance = result.positions[0, 0, :, ROOT] - result.truth[0, :, ROOT]
+    middle = len(distance) // 2
+    assert np.abs(distance[middle]).max() < 1e-6, "at the depth of the middle frame it is true there"
+    assert np.abs(distance).max() > 1.0
+    thigh = np.linalg.norm(np.diff(result.positions[0, 0][:, [9, 10]], axis=1)[:, 0], axis=-1)
+    true = np.linalg.norm(np.diff(result.truth[0][:, [[9, 10], [12, 13]]], axis=2)[:, :, 0], axis=-1)
     np.testing.assert_allclose(thigh, true.mean(), rtol=1e-6)
 
 
@@ -142,16 +142,16 @@ def test_mirrors_are_tried_beside(stretches: LimbStretches) -> None:
 def test_lengths_may_come_from_the_rays(stretches: LimbStretches) -> None:
     """Nothing of the person is then known but the root: ratios say how wrong the lengths are."""
     options = MotionsSweep(cameras=[Camera.shaky], clips=1, lengths=Lengths.estimated, time_limit_s=0.0)
-    found = measure(options, stretches, BASIS)
-    limbs = found.limbs[~found.limbs["mirrors_tried"]]
+    result = measure(options, stretches, BASIS)
+    limbs = result.limbs[~result.limbs["mirrors_tried"]]
     ratio = limbs["length_ratio"]
     assert 0.0 < np.abs(ratio - 1.0).mean() < 0.15
-    positions = found.as_chosen.positions[0, 0]
+    positions = result.as_chosen.positions[0, 0]
     sizes = np.linalg.norm(np.diff(positions[:, [9, 10]], axis=1)[:, 0], axis=-1)
     assert np.ptp(sizes) < 1e-6, "an estimated length is kept as any other"
-    given = measure(replace(options, lengths=Lengths.true), stretches, BASIS).limbs
-    np.testing.assert_allclose(given["length_ratio"], 1.0)
-    assert (given["components"] == 20).all()
+    inputs = measure(replace(options, lengths=Lengths.true), stretches, BASIS).limbs
+    np.testing.assert_allclose(inputs["length_ratio"], 1.0)
+    assert (inputs["components"] == 20).all()
 
 
 def test_recorded_motion_makes_figure_4(

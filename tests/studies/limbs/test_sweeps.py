@@ -108,8 +108,8 @@ def every(limbs: LimbStretches, workers: int, seed: int) -> list[dict[str, np.nd
 
 def test_sweeps_reproduce_over_workers_and_not_over_seeds(limbs: LimbStretches) -> None:
     first, second = every(limbs, 1, 5), every(limbs, 2, 5)
-    for one, other in zip(first, second, strict=True):
-        for name, values in one.items():
+    for single, other in zip(first, second, strict=True):
+        for name, values in single.items():
             np.testing.assert_array_equal(values, other[name], err_msg=name)
     again = measure(ANY, limbs, HARD, seed=6)
     assert not np.array_equal(first[1]["rows.limb_error"], again.rows["limb_error"])
@@ -119,8 +119,8 @@ def test_sweeps_reproduce_over_workers_and_not_over_seeds(limbs: LimbStretches) 
 @pytest.fixture(scope="module")
 def scatter(limbs: LimbStretches) -> LimbReconstructibilities:
     options = ReconstructibilitySweep(trials=12, cameras=[Camera.still, Camera.shaky], refined=4)
-    found: LimbReconstructibilities = measure(options, limbs, HARD, workers=2, seed=3)
-    return found
+    result: LimbReconstructibilities = measure(options, limbs, HARD, workers=2, seed=3)
+    return result
 
 
 def test_no_signs_cost_less_than_those_that_are_proved(scatter: LimbReconstructibilities) -> None:
@@ -137,9 +137,9 @@ def test_reconstructibility_predicts_error_and_the_impostor(scatter: LimbReconst
     eta, error = (scatter.rows[name].to_numpy() for name in ("reconstructibility_vector", "limb_error"))
     assert rank_correlation(eta, error) < -0.4
     assert (error[eta > 2] < 0.1).all()
-    taken = scatter.rows["taken_impostor"].to_numpy()
-    assert taken[eta < 0.9].all()
-    assert not taken[eta > 2].any()
+    used = scatter.rows["taken_impostor"].to_numpy()
+    assert used[eta < 0.9].all()
+    assert not used[eta > 2].any()
 
 
 def test_the_basis_alone_needs_a_camera_that_shakes_and_the_length_does_not(
@@ -157,19 +157,19 @@ def test_the_programme_starts_nearer_than_other_starts(scatter: LimbReconstructi
 
 def test_a_wrong_parent_makes_the_child_wrong(limbs: LimbStretches) -> None:
     options = RootErrorSweep(trials=10, ratios=[0.0, 0.1, 0.5], cameras=SHAKY, time_limit_s=1.0)
-    found = measure(options, limbs, HARD, workers=2, seed=1)
-    rows = found.rows
+    result = measure(options, limbs, HARD, workers=2, seed=1)
+    rows = result.rows
     np.testing.assert_allclose(rows["parent_error_ratio"] - rows["root_error_ratio"], 0.0, atol=1e-9)
     assert rows.groupby("root_error_ratio")["child_error_ratio"].median().is_monotonic_increasing
-    assert found.paths.shape == (3, 2, 100, 3)
+    assert result.paths.shape == (3, 2, 100, 3)
 
 
 def test_a_radius_too_small_is_harmless_and_too_large_is_not(limbs: LimbStretches) -> None:
     options = RadiusScaleSweep(trials=6, scales=[0.01, 0.1, 1.0, 10.0, 100.0], cameras=SHAKY)
-    found = measure(options, limbs, HARD, workers=2, seed=1)
+    result = measure(options, limbs, HARD, workers=2, seed=1)
     assert options.ways == [REFINED, "global", "per_frame", "robust"]
     error, ratio, share = (
-        found.rows.pivot(index=["adjust", "radius_scale"], columns="trial", values=name)
+        result.rows.pivot(index=["adjust", "radius_scale"], columns="trial", values=name)
         for name in ("limb_error", "radius_ratio", "adjusted_share")
     )
     # Adjusted to the same rays, the radius is the same however small it was.
@@ -203,8 +203,8 @@ def test_what_is_missing_is_as_much_as_was_asked_for_and_never_the_root(limbs: L
 
 def test_lengths_hold_between_frames_on_the_sphere_and_not_in_coordinates(limbs: LimbStretches) -> None:
     options = MissingDataSweep(trials=1, fractions=[0.2], patterns=[Pattern.random], share=1.0)
-    found = measure(options, limbs, SOFT, seed=1)
-    rows = found.rows
+    result = measure(options, limbs, SOFT, seed=1)
+    rows = result.rows
     assert rows["length_violation"].max() < 1e-11
     assert rows["cartesian_length_violation"].min() > 1e-3
     assert (rows["relative_error_up_to_mirror"] <= rows["relative_error"] * 1.1).all()
@@ -213,11 +213,11 @@ def test_lengths_hold_between_frames_on_the_sphere_and_not_in_coordinates(limbs:
 def test_a_programme_of_the_benchmark_is_the_trial_cut_to_its_frames(limbs: LimbStretches) -> None:
     longest = limbs.positions.shape[1]
     solved = [proofs.solve(limbs, 1, longest, 10, 1.0, number) for number in range(3)]
-    for one, camera in zip(solved, Camera, strict=True):
-        trial = ANY.trial(limbs, int(one["trial"]), camera, 1)
+    for first, camera in zip(solved, Camera, strict=True):
+        trial = ANY.trial(limbs, int(first["trial"]), camera, 1)
         choice = ANY.choose(trial, TrajectoryBasis(10), noise_px=1.0, time_limit_s=proofs.LIMIT_S)
-        assert one["objective"] == choice.solution.objective
-        assert (one["proved"], one["gap"]) == (True, 0.0)
+        assert first["objective"] == choice.solution.objective
+        assert (first["proved"], first["gap"]) == (True, 0.0)
     (row,) = proofs.summary(pd.DataFrame(solved).assign(proved=[True, True, False], seconds=[1.0, 3.0, 9.0]))
     assert (row["trials"], row["proved_share"], row["seconds_median"]) == (3, pytest.approx(2 / 3), 3.0)
     assert row["seconds_to_proof_median"] == 2.0
@@ -229,12 +229,12 @@ def test_a_programme_of_the_benchmark_is_the_trial_cut_to_its_frames(limbs: Limb
 def test_the_scatter_holds_all_trials(smoke_results: Path) -> None:
     folder = smoke_results / "synthetic" / "smoke" / "park2011_fig3a"
     entities = set(reading.entities(folder / "recording.rrd"))
-    wanted = {
+    target = {
         f"world/{w}/{p}"
         for w in ("good", "impostor", "cursor")
         for p in ("original", "impostor", "reconstructed")
     }
-    assert wanted <= entities
+    assert target <= entities
     table, running = (tables.read(folder / f"{name}.csv") for name in ("table", "table_running"))
     assert len(table["trial"]) == len(running["reconstructibility"]) == 12
     assert set(table["camera"]) == {"still", "moving", "shaky"}
@@ -250,8 +250,8 @@ def test_a_limb_that_hangs_by_the_adjusted_radius_does_not_depend_on_a_radius_to
     for column, of_trials in spread.items():
         for camera in set(table["camera"]):
             for trial in set(table["trial"]):
-                here = small & (table["camera"] == camera) & (table["trial"] == trial)
-                of_trials.append(float(np.ptp(table[column][here])))
+                start = small & (table["camera"] == camera) & (table["trial"] == trial)
+                of_trials.append(float(np.ptp(table[column][start])))
     assert max(spread["adjusted_hanging_error"]) < 1e-6
     assert max(spread["hanging_error"]) > 0.05
 
@@ -300,9 +300,9 @@ def test_options_out_of_range_are_refused(options: Sweep, rejection: AbstractCon
 def test_experiments_that_cannot_be_are_refused_before_anything_runs(
     say: Callable[..., Any], tmp_path: Path, name: str, override: str, sentence: str
 ) -> None:
-    said = say(f"experiment=park2011_{name}", "scale=smoke", f"results={tmp_path}/results", override)
-    assert said.status == 1
-    assert sentence.replace(r"\(", "(").replace(r"\)", ")") in said.err
+    message = say(f"experiment=park2011_{name}", "scale=smoke", f"results={tmp_path}/results", override)
+    assert message.status == 1
+    assert sentence.replace(r"\(", "(").replace(r"\)", ")") in message.err
     assert not (tmp_path / "results").exists()
 
 

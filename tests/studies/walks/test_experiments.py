@@ -32,25 +32,25 @@ def without(walk: int) -> LinearModel:
 
 def test_every_error_at_a_known_view_is_that_of_the_printed_estimate() -> None:
     sweep = KnownView(view_angle_deg=VIEWS, sigma2_mm2=Grid(start=1, stop=71, step=35))
-    found = sweep.measure(inputs())
-    assert found.methods.tolist() == [*PUBLISHED]
+    result = sweep.measure(inputs())
+    assert result.methods.tolist() == [*PUBLISHED]
     for walk, row in enumerate(ROWS):
         residual = DATA.residual_covariance[walk][:, 0, 0]  # a multiple of the unit matrix
 
         def error(view: float, noise: float | None) -> np.ndarray:
             return errors.absolute_error(printed(without(walk), row, view, noise)[2]) + residual  # noqa: B023
 
-        views = np.radians(found.view_angle_deg)
+        views = np.radians(result.view_angle_deg)
         of_joints = np.array([[error(view, noise) for view in views] for noise in NOISE])  # (M, A, 15)
         ours = [
             f[(f["walker"] == DATA.clip[walk]) & f["method"].isin(PUBLISHED)]
-            for f in (found.rows, found.joints)
+            for f in (result.rows, result.joints)
         ]
         for rows, axis in zip(ours, (2, 1), strict=True):
             expected = of_joints.mean(axis=axis).ravel()
             np.testing.assert_allclose(rows["absolute_error_mm2"], expected, rtol=1e-6)
-        path = [np.mean([error(view, sigma2) for view in views]) for sigma2 in found.sigma2_mm2]
-        sigma2 = found.sigma2(DATA.clip)
+        path = [np.mean([error(view, sigma2) for view in views]) for sigma2 in result.sigma2_mm2]
+        sigma2 = result.sigma2(DATA.clip)
         curve = sigma2[sigma2["walker"] == DATA.clip[walk]]
         np.testing.assert_allclose(curve["absolute_error_mm2"], path, rtol=1e-6)
 
@@ -60,9 +60,9 @@ def test_residual_and_variance_are_along_the_missing_dimension_of_each_view() ->
     covariance = np.array([[100.0, 30.0, 0.0], [30.0, 400.0, 0.0], [0.0, 0.0, 25.0]])
     residual = np.broadcast_to(covariance, (*DATA.residual_covariance.shape[:2], 3, 3))
     data = replace(DATA, residual_covariance=residual, temporal_covariance=10.0 * residual)
-    given, sigma2 = replace(inputs(), dataset=data), Grid(start=1, stop=71, step=35)
+    arguments, sigma2 = replace(inputs(), dataset=data), Grid(start=1, stop=71, step=35)
     motion, fourier = (
-        KnownView(view_angle_deg=VIEWS, sigma2_mm2=sigma2, truth=truth).measure(given) for truth in Truth
+        KnownView(view_angle_deg=VIEWS, sigma2_mm2=sigma2, truth=truth).measure(arguments) for truth in Truth
     )
     views = np.radians(VIEWS.values("views"))
     along = 100 * np.sin(views) ** 2 - 60 * np.sin(views) * np.cos(views) + 400 * np.cos(views) ** 2
@@ -79,15 +79,15 @@ def test_errors_over_sigma2_do_not_depend_on_how_many_walkers_are_summed_togethe
     blocks: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(known_view, "BLOCKS", blocks)
-    found = KnownView(view_angle_deg=VIEWS, sigma2_mm2=Grid(start=1, stop=71, step=35)).measure(inputs())
-    assert found.person.tolist() == DATA.person.tolist()
-    of_walkers, of_views = found.map_errors.walker_mm2, found.map_errors.view_mm2
+    result = KnownView(view_angle_deg=VIEWS, sigma2_mm2=Grid(start=1, stop=71, step=35)).measure(inputs())
+    assert result.person.tolist() == DATA.person.tolist()
+    of_walkers, of_views = result.map_errors.walker_mm2, result.map_errors.view_mm2
     np.testing.assert_allclose(of_views.mean(axis=0), of_walkers.mean(axis=0), rtol=1e-12)
 
 
 def test_every_view_that_is_found_has_the_least_printed_cost() -> None:
-    found = UnknownView(view_angle_deg=VIEWS).measure(inputs())
-    assert found.methods.tolist() == [*PUBLISHED]
+    result = UnknownView(view_angle_deg=VIEWS).measure(inputs())
+    assert result.methods.tolist() == [*PUBLISHED]
     circle = np.radians(np.arange(-180, 180, 6))
     for walk, walker in enumerate(DATA.coefficients):
         for view_deg in VIEWS.values("views"):
@@ -96,11 +96,11 @@ def test_every_view_that_is_found_has_the_least_printed_cost() -> None:
             image = np.stack([across, walker[..., 2]], axis=-1)
             for m, noise in enumerate(NOISE):
                 costs = [printed_cost(without(walk), image, 0.0, view, 0.0, noise) for view in circle]
-                rows = found.rows[found.rows["method"] == [*PUBLISHED][m]].set_index(
+                rows = result.rows[result.rows["method"] == [*PUBLISHED][m]].set_index(
                     ["walker", "view_angle_deg"]
                 )
                 estimate = rows.loc[(DATA.clip[walk], view_deg)]
                 angle = float(np.radians(view_deg + estimate["error_deg"]))
-                own = printed_cost(without(walk), image, 0.0, angle, 0.0, noise)
-                assert estimate["cost"] == pytest.approx(own, rel=1e-6)
-                assert own <= min(costs) * (1 + 1e-9)
+                reference = printed_cost(without(walk), image, 0.0, angle, 0.0, noise)
+                assert estimate["cost"] == pytest.approx(reference, rel=1e-6)
+                assert reference <= min(costs) * (1 + 1e-9)

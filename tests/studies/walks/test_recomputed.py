@@ -29,8 +29,8 @@ def largest_difference(
 ) -> float:
     """Of the sweep of `seen` from the errors computed anew of the data."""
     learnt = model.learn(data, workers=1)
-    found = sweep.measure(SweepInputs(None, seen or data, learnt, model, 1, 1))  # type: ignore[arg-type]
-    table = recomputed(data, model, sweep, found.rows, learnt.kept)
+    result = sweep.measure(SweepInputs(None, seen or data, learnt, model, 1, 1))  # type: ignore[arg-type]
+    table = recomputed(data, model, sweep, result.rows, learnt.kept)
     assert set(table["method"]) == {"least_squares", "map"}
     assert len(table) == 2 * 3
     return float(table["relative_difference"].max())
@@ -55,18 +55,18 @@ def test_of_more_walkers_some_are_computed_anew(monkeypatch: pytest.MonkeyPatch)
     model = EigenwalkersModel(components=4)
     assert largest_difference(model, SWEEP) < 1e-6
     learnt = model.learn(DATA, workers=1)
-    found = SWEEP.measure(SweepInputs(None, DATA, learnt, model, 1, 1))  # type: ignore[arg-type]
-    table = recomputed(DATA, model, SWEEP, found.rows, learnt.kept)
-    means = found.rows.groupby(["method", "view_angle_deg"])["absolute_error_mm2"].mean()
+    result = SWEEP.measure(SweepInputs(None, DATA, learnt, model, 1, 1))  # type: ignore[arg-type]
+    table = recomputed(DATA, model, SWEEP, result.rows, learnt.kept)
+    means = result.rows.groupby(["method", "view_angle_deg"])["absolute_error_mm2"].mean()
     row = table.iloc[0]
     assert row["absolute_error_mm2"] != pytest.approx(means[row["method"], row["view_angle_deg"]], rel=1e-6)
 
 
 def test_a_walker_who_is_in_the_model_shows(monkeypatch: pytest.MonkeyPatch) -> None:
     def knows_everybody(self: Eigenwalkers, walker: int) -> LinearModel:
-        kept = self.kept
+        retained = self.kept
         return LinearModel(
-            self.mean, self.components[:kept], self.eigenvalues[:kept], self.total_variance, 1.0
+            self.mean, self.components[:retained], self.eigenvalues[:retained], self.total_variance, 1.0
         )
 
     monkeypatch.setattr(Eigenwalkers, "fold", knows_everybody)

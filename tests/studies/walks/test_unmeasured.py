@@ -44,8 +44,8 @@ def planted(clips: Walks, samples: FourierSamples) -> tuple[Walks, FourierSample
     changed = {}
     for name, size in (("coefficients", 3e3), ("residual_covariance", 1e5), ("temporal_covariance", 1e6)):
         array = getattr(samples, name).copy()
-        place = array[R, ..., HEAD, :] if name == "coefficients" else array[R, HEAD]
-        place[...] = wild.normal(scale=size, size=place.shape)
+        position = array[R, ..., HEAD, :] if name == "coefficients" else array[R, HEAD]
+        position[...] = wild.normal(scale=size, size=position.shape)
         changed[name] = array
     positions = clips.positions.copy()
     first, last = clips.first[R], clips.first[R + 1]
@@ -69,51 +69,51 @@ def test_no_number_of_a_walker_moves_with_an_estimated_joint(
         truth=truth,
         missing_variance=MissingVariance.overall if truth is Truth.motion else MissingVariance.temporal,
     )
-    here, there = measured(sweep, *people), measured(sweep, *planted(*people))
+    start, moved = measured(sweep, *people), measured(sweep, *planted(*people))
     clip = people[1].clip[R]
     for name in ("rows", "demonstrations", "coefficients", "sigma2", "chosen", "joints"):
-        one, other = (getattr(found, name) for found in (here, there))
+        first, other = (getattr(result, name) for result in (start, moved))
         if name in ("sigma2", "chosen"):
-            one, other = (rows(people[1].clip) for rows in (one, other))
-        one, other = (rows[rows["walker"] == clip].select_dtypes("number") for rows in (one, other))
-        unknown = np.zeros(len(one), dtype=bool)
+            first, other = (rows(people[1].clip) for rows in (first, other))
+        first, other = (rows[rows["walker"] == clip].select_dtypes("number") for rows in (first, other))
+        unknown = np.zeros(len(first), dtype=bool)
         if name == "joints":  # the estimated one has no error, the others are as they were
-            unknown = np.tile(np.arange(15) == HEAD, len(one) // 15)
-            assert one["absolute_error_mm2"][unknown].isna().all()
-        assert np.isfinite(one[~unknown]).all(axis=None), name
-        np.testing.assert_allclose(other[~unknown], one[~unknown], rtol=1e-9, atol=1e-9, err_msg=name)
-    seen = np.arange(15) != HEAD
+            unknown = np.tile(np.arange(15) == HEAD, len(first) // 15)
+            assert first["absolute_error_mm2"][unknown].isna().all()
+        assert np.isfinite(first[~unknown]).all(axis=None), name
+        np.testing.assert_allclose(other[~unknown], first[~unknown], rtol=1e-9, atol=1e-9, err_msg=name)
+    observed = np.arange(15) != HEAD
     for name in ("missing", "average_walker"):
-        one, other = (getattr(found, name)[..., R, :, :, seen] for found in (here, there))
-        np.testing.assert_allclose(other, one, rtol=1e-9, atol=1e-9, err_msg=name)
+        first, other = (getattr(result, name)[..., R, :, :, observed] for result in (start, moved))
+        np.testing.assert_allclose(other, first, rtol=1e-9, atol=1e-9, err_msg=name)
 
 
 def test_the_view_angle_is_found_without_it(people: tuple[Walks, FourierSamples]) -> None:
     sweep = UnknownView(view_angle_deg=Grid(start=-60, stop=60, step=60), methods=list(PUBLISHED))
-    here, there = measured(sweep, *people), measured(sweep, *planted(*people))
-    one, other = (found.rows[found.rows["walker"] == people[1].clip[R]] for found in (here, there))
-    np.testing.assert_allclose(other["error_deg"], one["error_deg"], atol=1e-6)
-    assert one["error_deg"][one["method"].isin(here.methods)].abs().max() < 20
+    start, moved = measured(sweep, *people), measured(sweep, *planted(*people))
+    first, other = (result.rows[result.rows["walker"] == people[1].clip[R]] for result in (start, moved))
+    np.testing.assert_allclose(other["error_deg"], first["error_deg"], atol=1e-6)
+    assert first["error_deg"][first["method"].isin(start.methods)].abs().max() < 20
 
 
 def test_sigma2_is_chosen_by_the_errors_of_measured_joints(people: tuple[Walks, FourierSamples]) -> None:
     """Against the choice by loops over the printed estimator, with the wild joint in nobody's votes."""
     _, samples = planted(*people)
-    seen = np.repeat((np.arange(15) != HEAD)[None], 8, axis=0)
-    seen[np.arange(8) != R] = True
+    observed = np.repeat((np.arange(15) != HEAD)[None], 8, axis=0)
+    observed[np.arange(8) != R] = True
     views = np.radians([0.0, 50.0, 90.0])
     rows = linear_model.flatten(samples.coefficients)
     votes = np.zeros((8, len(SIGMA2)))
     for model, g, h in linear_model.leave_two_out(rows, OPTIONS.components, groups=np.arange(8)):
         for voter, other in ((g, h), (h, g)):
-            of_joints = np.repeat(seen[voter], 3)
-            kept = np.tile(of_joints, 5)
+            of_joints = np.repeat(observed[voter], 3)
+            retained = np.tile(of_joints, 5)
             for s, sigma2 in enumerate(SIGMA2):
                 for view in views:
                     across = np.array([[np.cos(view), np.sin(view), 0], [0, 0, 1]])
                     away = np.array([-np.sin(view), np.cos(view), 0])
-                    E = model.components[:, kept].reshape(OPTIONS.components, -1, 3)
-                    d = (rows[voter] - model.mean)[kept].reshape(-1, 3)
+                    E = model.components[:, retained].reshape(OPTIONS.components, -1, 3)
+                    d = (rows[voter] - model.mean)[retained].reshape(-1, 3)
                     k = reconstruction.maximum_a_posteriori(
                         (E @ across.T).reshape(OPTIONS.components, -1).T,
                         (d @ across.T).ravel(),
@@ -122,8 +122,8 @@ def test_sigma2_is_chosen_by_the_errors_of_measured_joints(people: tuple[Walks, 
                     )
                     off = (d - np.tensordot(k, E, axes=1)) @ away
                     votes[other, s] += errors.absolute_error(off.reshape(5, -1)).mean()
-    found = nested_choice(samples, OPTIONS, views, SIGMA2, 1)
-    np.testing.assert_array_equal(found, votes.argmin(axis=1))
+    result = nested_choice(samples, OPTIONS, views, SIGMA2, 1)
+    np.testing.assert_array_equal(result, votes.argmin(axis=1))
 
 
 def test_error_bars_are_not_made_of_estimated_joints(people: tuple[Walks, FourierSamples]) -> None:

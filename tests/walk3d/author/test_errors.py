@@ -41,10 +41,12 @@ from walk3d.author.errors import (
 def inputs(tmp_path_factory: pytest.TempPathFactory) -> SweepInputs:
     """Twelve synthetic people, and the made-up walker: two harmonics hold all of it but for some tenths of a mm."""
     results = tmp_path_factory.mktemp("results")
-    one = compose(["experiment=zhang2007_author", "scale=smoke", f"results={results}", "workers=1"])
-    clips, dataset, model = (kept.value for kept in chain.run(one, Store(results), through="model"))
-    files = one.sweep.further_files(one.data)
-    return SweepInputs(clips, dataset, model, one.model, 1, 7, files)
+    experiment = compose(["experiment=zhang2007_author", "scale=smoke", f"results={results}", "workers=1"])
+    clips, dataset, model = (
+        retained.value for retained in chain.run(experiment, Store(results), through="model")
+    )
+    files = experiment.sweep.further_files(experiment.data)
+    return SweepInputs(clips, dataset, model, experiment.model, 1, 7, files)
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +57,7 @@ def measured(inputs: SweepInputs) -> OutsideErrors:
 
 
 def by_method(rows: pd.DataFrame) -> dict[str, np.ndarray]:
-    return {method: of["rms_error_mm"].to_numpy() for method, of in rows.groupby("method")}
+    return {method: owner["rms_error_mm"].to_numpy() for method, owner in rows.groupby("method")}
 
 
 def rms(off: np.ndarray, beyond: float = 0.0) -> float:
@@ -87,8 +89,8 @@ def test_the_walker_has_the_definitions_of_the_people(pelvis: str, above_mm: flo
 
 
 def test_errors_are_those_of_each_method_by_itself(inputs: SweepInputs, measured: OutsideErrors) -> None:
-    found = by_method(measured.rows)
-    assert set(found) == set(METHODS)
+    result = by_method(measured.rows)
+    assert set(result) == set(METHODS)
     truth = measured.posture_truth
     np.testing.assert_allclose(truth, in_our_frame(0.5), atol=0.3)
     samples = linear_model.flatten(inputs.dataset.coefficients[inputs.model.tested])
@@ -102,7 +104,7 @@ def test_errors_are_those_of_each_method_by_itself(inputs: SweepInputs, measured
         beyond = float(away @ residual @ away)
         missing = camera.missing_dimension(truth, angle)
         average = camera.missing_dimension(samples.mean(axis=0).reshape(5, 15, 3), angle)
-        assert found["average_walker"][number] == pytest.approx(rms(missing - average, beyond), rel=1e-6)
+        assert result["average_walker"][number] == pytest.approx(rms(missing - average, beyond), rel=1e-6)
         E = np.stack([camera.project(c.reshape(5, 15, 3), angle).ravel() for c in model.components], axis=1)
         d = (camera.project(truth, angle) - camera.project(model.mean.reshape(5, 15, 3), angle)).ravel()
         for method, k in (
@@ -111,24 +113,24 @@ def test_errors_are_those_of_each_method_by_itself(inputs: SweepInputs, measured
         ):
             again = (model.mean + k @ model.components).reshape(5, 15, 3)
             off = missing - camera.missing_dimension(again, angle)
-            assert found[method][number] == pytest.approx(rms(off, beyond), rel=1e-6), (method, view)
+            assert result[method][number] == pytest.approx(rms(off, beyond), rel=1e-6), (method, view)
         (estimate,) = people.fold().reconstruct([anybody], truth[None], np.array([angle]))
         off = (estimate.true - estimate.estimated)[0, 0].reshape(15, 5).T
-        assert found["anybody"][number] == pytest.approx(rms(off, beyond), rel=1e-6)
+        assert result["anybody"][number] == pytest.approx(rms(off, beyond), rel=1e-6)
 
 
 def test_the_best_noise_variance_is_the_best_of_those_tried(
     inputs: SweepInputs, measured: OutsideErrors
 ) -> None:
-    tried = {
+    attempts = {
         noise: by_method(
             AverageWalkerErrors(noise_variance_mm2=noise, view_angle_deg=GRID).measure(inputs).rows
         )
         for noise in (NOISE_VARIANCES_MM2[0], measured.best_noise_mm2, NOISE_VARIANCES_MM2[-1])
     }
-    best = tried[measured.best_noise_mm2]["map_70"]
+    best = attempts[measured.best_noise_mm2]["map_70"]
     np.testing.assert_allclose(by_method(measured.rows)["map_best"], best)
-    assert all((best**2).mean() <= (other["map_70"] ** 2).mean() for other in tried.values())
+    assert all((best**2).mean() <= (other["map_70"] ** 2).mean() for other in attempts.values())
 
 
 GRID = compose(["experiment=zhang2007_author", "scale=smoke"]).sweep.view_angle_deg  # type: ignore[attr-defined]
@@ -160,8 +162,8 @@ def test_a_walker_that_is_one_of_the_people_is_nearly_recovered(inputs: SweepInp
         path, fourier_walks.FourierWalk(fourier_walks.from_world(person), 120.0, speed=10.0)
     )
     options = AverageWalkerErrors(view_angle_deg=GRID)
-    found = by_method(options.measure(replace(inputs, files={"walker": path})).rows)
-    assert found["least_squares"].max() < 1.0 < found["average_walker"].min()
+    result = by_method(options.measure(replace(inputs, files={"walker": path})).rows)
+    assert result["least_squares"].max() < 1.0 < result["average_walker"].min()
 
 
 def test_the_missing_variance_is_of_people_and_walker(inputs: SweepInputs, measured: OutsideErrors) -> None:
@@ -180,11 +182,11 @@ def test_another_file_is_another_key_and_a_missing_one_leaves_the_figure_out(
     keys = []
     for content in (WALKER.read_bytes(), WALKER.read_bytes().replace(b"118.5", b"119.5")):
         (tmp_path / "a.mm").write_bytes(content)
-        one = compose(
+        experiment = compose(
             [*preset, f"sweep.walker={tmp_path / 'a.mm'}", "figure.picture=false", "figure.recording=false"]
         )
-        made = make_figure(one, tmp_path / "figure", store=Store(tmp_path))
-        manifest = json.loads((made.folder / "manifest.json").read_text("utf-8"))
+        output = make_figure(experiment, tmp_path / "figure", store=Store(tmp_path))
+        manifest = json.loads((output.folder / "manifest.json").read_text("utf-8"))
         keys.append({stage: facts["key"] for stage, facts in manifest["stages"].items()})
         assert manifest["configuration"]["sweep"]["walker"] == "a.mm"
     assert keys[0]["model"] == keys[1]["model"]
@@ -202,17 +204,17 @@ def test_the_caption_names_source_and_terms_and_says_what_map_does(tmp_path: Pat
     text = (FIXTURES / "js_made_up.js").read_text("utf-8")
     walker.write_text("// Copyright … and Nikolaus Troje\n" + text, "utf-8")
     options = [f"sweep.walker={walker}", "figure.recording=false", f"results={tmp_path}"]
-    one = compose(["experiment=zhang2007_author", "scale=smoke", *options])
-    made = make_figure(one, tmp_path / "figure", store=Store(tmp_path))
-    manifest = json.loads((made.folder / "manifest.json").read_text("utf-8"))
+    experiment = compose(["experiment=zhang2007_author", "scale=smoke", *options])
+    output = make_figure(experiment, tmp_path / "figure", store=Store(tmp_path))
+    manifest = json.loads((output.folder / "manifest.json").read_text("utf-8"))
     assert fourier_walks.SOURCE in manifest["caption"]
     assert "MAP with σ² = 70 mm²" in manifest["caption"]
-    assert fourier_walks.SOURCE in (made.folder / "figure.svg").read_text("utf-8")
-    tables = pd.read_csv(made.folder / "table.csv")
+    assert fourier_walks.SOURCE in (output.folder / "figure.svg").read_text("utf-8")
+    tables = pd.read_csv(output.folder / "table.csv")
     assert (tables["rms_error_mm_low"] > 0).all()
-    shown = tables.query("method == 'map_70'")["rms_error_mm"]
-    assert ", ".join(f"{value:.0f}" for value in shown) in manifest["caption"]
-    with np.load(made.folder / "arrays.npz", allow_pickle=False) as arrays:
+    displayed = tables.query("method == 'map_70'")["rms_error_mm"]
+    assert ", ".join(f"{value:.0f}" for value in displayed) in manifest["caption"]
+    with np.load(output.folder / "arrays.npz", allow_pickle=False) as arrays:
         assert arrays["posture_missing"].shape == (len(METHODS), len(POSTURE_VIEWS_DEG), 5, 15)
 
 
@@ -220,10 +222,10 @@ def test_the_authors_walker_by_the_people_of_optical(tmp_path: Path, mocap_mirro
     """What other code has: the printed MAP is farther off than the average walker, anybody nearer from 0 to 60°."""
     author_file("bmwalker.json")
     options = ["sweep.walker=''", "figure.picture=false", "figure.recording=false", f"results={tmp_path}"]
-    one = compose(["experiment=zhang2007_author", "data=optical", *options])
-    made = make_figure(one, tmp_path / "figure", store=Store(tmp_path))
-    found = by_method(pd.read_csv(made.folder / "table.csv"))
-    np.testing.assert_allclose(found["map_70"], [53, 60, 52, 69], atol=1.0)
-    np.testing.assert_allclose(found["average_walker"], [31, 30, 26, 23], atol=1.0)
-    np.testing.assert_allclose(found["anybody"], [18, 12, 13, 23], atol=1.5)
-    assert found["anybody"][:3].max() <= 20.0
+    experiment = compose(["experiment=zhang2007_author", "data=optical", *options])
+    output = make_figure(experiment, tmp_path / "figure", store=Store(tmp_path))
+    result = by_method(pd.read_csv(output.folder / "table.csv"))
+    np.testing.assert_allclose(result["map_70"], [53, 60, 52, 69], atol=1.0)
+    np.testing.assert_allclose(result["average_walker"], [31, 30, 26, 23], atol=1.0)
+    np.testing.assert_allclose(result["anybody"], [18, 12, 13, 23], atol=1.5)
+    assert result["anybody"][:3].max() <= 20.0

@@ -24,10 +24,10 @@ HZ = 50.0
 @pytest.fixture(scope="module")
 def walk() -> np.ndarray:
     """Two harmonics of a walk that goes on, (T, 15, 3) mm, y up: limbs are of nearly constant length."""
-    made = walkers.walking_population(
+    output = walkers.walking_population(
         np.random.default_rng(3), male=1, female=0, duration_s=3.0, frame_rate_hz=HZ
     )
-    series = fourier.represent(made.positions_mm[0], HZ)
+    series = fourier.represent(output.positions_mm[0], HZ)
     times = np.arange(60) / HZ
     positions = fourier.synthesise(series.coefficients, series.frequency_hz, times)[..., [1, 2, 0]]
     positions[..., 0] += 1200.0 * times[:, None]
@@ -36,17 +36,17 @@ def walk() -> np.ndarray:
 
 def second_reader(path: Path, names: tuple[str, ...], **options: bool) -> np.ndarray:
     """Positions (T, P, 3), mm, by the second reader."""
-    found, seconds = independent.read(path, **options)
+    result, seconds = independent.read(path, **options)
     assert seconds == pytest.approx(1 / HZ)
-    return np.swapaxes([found[name] for name in names], 0, 1) * 10.0
+    return np.swapaxes([result[name] for name in names], 0, 1) * 10.0
 
 
 def test_both_readers_give_back_what_was_written(walk: np.ndarray, tmp_path: Path) -> None:
     path = tmp_path / "a.bvh"
     write_bvh(path, WALKER15.joints, walk, HZ, WALKER15.parents)
     ours = bvh.read(path)
-    place = [ours.names.index(joint) for joint in WALKER15.joints]
-    np.testing.assert_allclose(ours.positions_mm[:, place], walk, atol=1e-9)
+    position = [ours.names.index(joint) for joint in WALKER15.joints]
+    np.testing.assert_allclose(ours.positions_mm[:, position], walk, atol=1e-9)
     np.testing.assert_allclose(second_reader(path, WALKER15.joints), walk, atol=1e-9)
 
 
@@ -55,8 +55,8 @@ def test_rotations_alone_show_the_walk_with_limbs_of_constant_length(
 ) -> None:
     path = tmp_path / "a.bvh"
     write_bvh(path, WALKER15.joints, walk, HZ, WALKER15.parents)
-    found = second_reader(path, WALKER15.joints, rotations_only=True)
-    off = np.linalg.norm(found - walk, axis=-1)
+    result = second_reader(path, WALKER15.joints, rotations_only=True)
+    off = np.linalg.norm(result - walk, axis=-1)
     np.testing.assert_allclose(off[:, WALKER15.index("pelvis")], 0, atol=1e-9)
     swing = np.linalg.norm((walk - walk[:, [8]]) - (walk - walk[:, [8]]).mean(axis=0), axis=-1)
     left, right = WALKER15.index("left_ankle"), WALKER15.index("right_ankle")
@@ -121,9 +121,9 @@ def test_the_second_reader_on_recordings(name: str, tmp_path: Path) -> None:
     few = ["Frames: 5", rows[1], *rows[20:25]]
     (tmp_path / name).write_text(head + "MOTION\n" + "\n".join(few) + "\n", encoding="utf-8")
     ours = bvh.read(tmp_path / name, units="cm")
-    found, _ = independent.read(tmp_path / name)
-    assert len(found) > 15
-    for joint, positions in found.items():
+    result, _ = independent.read(tmp_path / name)
+    assert len(result) > 15
+    for joint, positions in result.items():
         np.testing.assert_allclose(
             ours.positions_mm[:, ours.names.index(joint)], np.array(positions) * 10, atol=1e-6
         )

@@ -24,10 +24,10 @@ J = {joint: j for j, joint in enumerate(WALKER15.joints)}
 @pytest.fixture(scope="module")
 def walk() -> np.ndarray:
     """A walk along z, y up, (T, 15, 3) mm."""
-    made = walkers.walking_population(
+    output = walkers.walking_population(
         np.random.default_rng(3), male=1, female=0, duration_s=3.0, frame_rate_hz=HZ
     )
-    series = fourier.represent(made.positions_mm[0], HZ)
+    series = fourier.represent(output.positions_mm[0], HZ)
     x, y, z = np.moveaxis(
         fourier.synthesise(series.coefficients, series.frequency_hz, np.arange(60) / HZ), -1, 0
     )
@@ -36,8 +36,8 @@ def walk() -> np.ndarray:
 
 def written(walk: np.ndarray, names: Names, path: Path) -> Path:
     """A file of the character."""
-    made = character(walk, names)
-    write_bvh(path, made.names, made.positions, HZ, made.parents, made.rest)
+    output = character(walk, names)
+    write_bvh(path, output.names, output.positions, HZ, output.parents, output.rest)
     return path
 
 
@@ -61,16 +61,16 @@ def test_joints_are_known_again_by_their_names(walk: np.ndarray, names: Names, t
 def test_the_head_is_its_centre_in_our_names_and_the_base_of_the_skull_in_others(
     walk: np.ndarray, names: Names, share: float, tmp_path: Path
 ) -> None:
-    made = character(walk, names)
+    output = character(walk, names)
     called = ("head", "head_end", "pelvis") if share == 1.0 else ("Head", "HeadEnd", "Hips")
-    head, end, hips = map(made.names.index, called)
+    head, end, hips = map(output.names.index, called)
     sternum, centre, pelvis = (walk[:, J[joint]] for joint in ("sternum", "head", "pelvis"))
-    lift = made.positions[:, hips] - pelvis
-    np.testing.assert_allclose(made.positions[:, head] - lift, sternum + share * (centre - sternum))
-    np.testing.assert_allclose(made.positions[:, end] - lift, sternum + 1.4 * (centre - sternum))
+    lift = output.positions[:, hips] - pelvis
+    np.testing.assert_allclose(output.positions[:, head] - lift, sternum + share * (centre - sternum))
+    np.testing.assert_allclose(output.positions[:, end] - lift, sternum + 1.4 * (centre - sternum))
     read = bvh.read(written(walk, names, tmp_path / "a.bvh"))
-    place = read.names.index(made.names[head])
-    off = np.linalg.norm(read.positions_mm[:, place] - made.positions[:, head], axis=-1)
+    position = read.names.index(output.names[head])
+    off = np.linalg.norm(read.positions_mm[:, position] - output.positions[:, head], axis=-1)
     assert off.max() < 10.0  # limbs of constant length
 
 
@@ -85,25 +85,25 @@ def test_one_root_turns_and_moves_and_the_rest_turns(walk: np.ndarray, tmp_path:
     ours = bvh.read(tmp_path / "a.bvh")
     for name, positions in rotations.items():
         if name in ours.names:
-            found = ours.positions_mm[:, ours.names.index(name)]
-            np.testing.assert_allclose(found, np.array(positions) * 10, atol=1e-6)
+            result = ours.positions_mm[:, ours.names.index(name)]
+            np.testing.assert_allclose(result, np.array(positions) * 10, atol=1e-6)
 
 
 def test_at_rest_it_stands_in_a_t_pose(walk: np.ndarray) -> None:
-    made = character(walk, Names.rokoko)
-    rest = dict(zip(made.names, made.rest, strict=True))
+    output = character(walk, Names.rokoko)
+    rest = dict(zip(output.names, output.rest, strict=True))
     for side, outwards in (("Left", 1.0), ("Right", -1.0)):
         for joint in ("Arm", "ForeArm", "Hand"):
             np.testing.assert_array_equal(rest[f"{side}{joint}"], [outwards, 0, 0])
         for joint in ("Shin", "Foot"):
             np.testing.assert_array_equal(rest[f"{side}{joint}"], [0, -1, 0])
         assert rest[f"{side}Toe"][2] > 0.8
-    assert made.parents.count(-1) == 1
+    assert output.parents.count(-1) == 1
 
 
 def test_feet_point_forwards_and_stand_flat_below_an_upright_shank(walk: np.ndarray) -> None:
-    made = character(walk, Names.ours)
-    at = dict(zip(made.names, np.moveaxis(made.positions, 1, 0), strict=True))
+    output = character(walk, Names.ours)
+    at = dict(zip(output.names, np.moveaxis(output.positions, 1, 0), strict=True))
     for side in ("left", "right"):
         foot, shank = at[f"{side}_toes"] - at[f"{side}_ankle"], at[f"{side}_ankle"] - at[f"{side}_knee"]
         assert (foot[:, 2] > 0).mean() > 0.9

@@ -30,10 +30,10 @@ TO_OPENSIM = np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]])
 @pytest.fixture(scope="module")
 def walk() -> np.ndarray:
     """One walker on a treadmill, (T, 15, 3) mm."""
-    made = walkers.walking_population(
+    output = walkers.walking_population(
         np.random.default_rng(3), male=1, female=1, duration_s=3.0, frame_rate_hz=HZ
     )
-    return np.asarray(made.positions_mm[0])
+    return np.asarray(output.positions_mm[0])
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +71,7 @@ def test_a_reconstruction_is_read_back(
     figure: Path, tmp_path: Path, target: str, turned: np.ndarray, off_mm: float
 ) -> None:
     name, *options = target.split()
-    given = [
+    inputs = [
         str(figure),
         f"to={tmp_path / name}",
         "view_angle_deg=30",
@@ -79,7 +79,7 @@ def test_a_reconstruction_is_read_back(
         "frame_rate_hz=80",
         *options,
     ]
-    motion = formats.read(export(given))
+    motion = formats.read(export(inputs))
     with np.load(figure / "arrays.npz", allow_pickle=False) as arrays:
         original, stride = arrays["original"][0], float(arrays["stride_hz"][0])
     names = [n for n in motion.names if not n.endswith("_end")]
@@ -89,11 +89,11 @@ def test_a_reconstruction_is_read_back(
     times = np.arange(len(motion.positions_mm)) / 80
     assert len(times) == round(2 / stride * 80)
     expected = fourier.synthesise(original, stride, times) @ turned.T
-    found = motion.positions_mm[:, [motion.names.index(n) for n in plain]]
-    np.testing.assert_allclose(found, expected, rtol=0, atol=off_mm)
+    result = motion.positions_mm[:, [motion.names.index(n) for n in plain]]
+    np.testing.assert_allclose(result, expected, rtol=0, atol=off_mm)
     # The reconstruction is 5 mm off in the missing dimension at its mean, and nowhere else.
     other = motion.positions_mm[:, [motion.names.index(n) for n in again]] @ turned
-    off = (other - found @ turned).mean(axis=0)
+    off = (other - result @ turned).mean(axis=0)
     across = off @ np.array([-np.sin(np.radians(30)), np.cos(np.radians(30)), 0])
     assert np.isfinite(across).all()
     np.testing.assert_allclose(
@@ -174,10 +174,10 @@ def test_more_frames_than_a_counter_of_16_bits_holds(tmp_path: Path) -> None:
 def test_a_reconstruction_alone_is_a_walk_again(figure: Path, tmp_path: Path, name: str) -> None:
     """Its joints bear the name of the method; the one that was estimated does not count as measured."""
     export([str(figure), f"to={tmp_path / name}", "motion=reconstructed", "cycles=4"])
-    (found,) = inspect([str(tmp_path / name)])
-    assert found.mapping == "walker15"
-    assert found.strides == pytest.approx(4, abs=0.1)
-    assert any("14 of 15 joints; estimated in walks: head" in line for line in found.lines)
+    (result,) = inspect([str(tmp_path / name)])
+    assert result.mapping == "walker15"
+    assert result.strides == pytest.approx(4, abs=0.1)
+    assert any("14 of 15 joints; estimated in walks: head" in line for line in result.lines)
 
 
 def test_joints_that_another_program_has_written_again(walk: np.ndarray, tmp_path: Path) -> None:
@@ -199,8 +199,8 @@ def test_what_is_exported_is_a_walk_again(walk: np.ndarray, tmp_path: Path, name
     trc.write(tmp_path / "a.trc", WALKER15.joints, walk, HZ)
     options = ["layout=wide"] if name == "wide.csv" else []
     export([str(tmp_path / "a.trc"), "skeleton=auto", f"to={tmp_path / name}", *options])
-    (found,) = inspect([str(tmp_path / name)])
-    assert (found.mapping, found.strides > 2) == ("walker15", True)
+    (result,) = inspect([str(tmp_path / name)])
+    assert (result.mapping, result.strides > 2) == ("walker15", True)
 
 
 def test_a_bvh_keeps_its_tree(walk: np.ndarray, tmp_path: Path) -> None:
@@ -236,11 +236,11 @@ def test_inspect_says_that_files_of_one_name_need_the_person(walk: np.ndarray, t
     for who in ("anna", "ben", "eva"):
         (tmp_path / who).mkdir()
         trc.write(tmp_path / who / "walk_1.trc", WALKER15.joints, walk, HZ)
-    found = list(inspect([str(tmp_path)]))
-    assert [one.name for one in found] == ["anna/walk_1.trc", "ben/walk_1.trc", "eva/walk_1.trc"]
-    count, asked, following = summary(tmp_path, found)
+    result = list(inspect([str(tmp_path)]))
+    assert [first.name for first in result] == ["anna/walk_1.trc", "ben/walk_1.trc", "eva/walk_1.trc"]
+    count, requested, following = summary(tmp_path, result)
     assert count == "3 of 3 files contain walks, of 3 people: anna, ben, eva"
-    assert "one name in several folders: runs need data.person='^(.+?)/' if each folder is" in asked
+    assert "one name in several folders: runs need data.person='^(.+?)/' if each folder is" in requested
     assert following.endswith("skeleton=auto data.person='^(.+?)/'")
 
 
@@ -249,12 +249,12 @@ def test_inspect_goes_on_after_a_file_of_two_people(walk: np.ndarray, tmp_path: 
     write_c3d(tmp_path / "a.c3d", names, np.concatenate([walk, walk + 900], axis=1), HZ)
     trc.write(tmp_path / "b.trc", WALKER15.joints, walk, HZ)
     write_c3d(tmp_path / "c.c3d", WALKER15.joints, walk / 1000, HZ)
-    both, one, metres = inspect([str(tmp_path)])
+    both, first, metres = inspect([str(tmp_path)])
     assert both.people == ("anna", "ben")
     assert "select one with subject=" in both.lines[-2]
     assert both.lines[-1].endswith("subject=anna")
-    assert one.people == ()
-    assert one.strides > 2
+    assert first.people == ()
+    assert first.strides > 2
     assert "units=m" in metres.lines[-1]
     (metres,) = inspect([str(tmp_path / "c.c3d"), "units=m"])
     assert metres.strides > 2
@@ -263,10 +263,10 @@ def test_inspect_goes_on_after_a_file_of_two_people(walk: np.ndarray, tmp_path: 
     (stated,) = inspect([str(tmp_path / "b.trc"), "units=m"])
     assert "The file states the unit mm; it is used instead of m." in stated.lines
     (tmp_path / "take.fbx").touch()
-    told = summary(tmp_path, [both, one, metres])
-    assert told[0] == "2 of 3 files contain walks, of 2 people: b, c"
-    assert "data.person=" in told[1]
-    assert told[2] == "not read: 1 .fbx (export it as BVH, in Blender for instance)"
+    described = summary(tmp_path, [both, first, metres])
+    assert described[0] == "2 of 3 files contain walks, of 2 people: b, c"
+    assert "data.person=" in described[1]
+    assert described[2] == "not read: 1 .fbx (export it as BVH, in Blender for instance)"
     (ben,) = inspect([str(tmp_path / "a.c3d"), "subject=ben"])
     assert ben.strides > 2
     assert "data.subject=ben" in ben.lines[-1]
@@ -298,17 +298,17 @@ def test_inspect_names_what_takes_a_walk_all_the_same_and_limbs_that_differ(
     ankle, knee = (WALKER15.index(f"left_{part}") for part in ("ankle", "knee"))
     odd[:, ankle] += np.random.default_rng(1).normal(scale=230.0, size=(len(walk), 3))
     trc.write(tmp_path / "a.trc", WALKER15.joints, odd, HZ)
-    (found,) = inspect([str(tmp_path / "a.trc")])
-    told = "\n".join(found.lines)
-    assert "got" not in told.split()
-    assert re.search(r"expected [0-9.]+ or (more|less), found [0-9.]+", told)
-    assert re.search(r"data=folder .* data\.steady\.residual_share=0\.\d+$", found.lines[-1])
+    (result,) = inspect([str(tmp_path / "a.trc")])
+    described = "\n".join(result.lines)
+    assert "got" not in described.split()
+    assert re.search(r"expected [0-9.]+ or (more|less), found [0-9.]+", described)
+    assert re.search(r"data=folder .* data\.steady\.residual_share=0\.\d+$", result.lines[-1])
     long = walk.copy()
     long[:, ankle] = long[:, knee] + 1.3 * (long[:, ankle] - long[:, knee])
     trc.write(tmp_path / "b.trc", WALKER15.joints, long, HZ)
-    (found,) = inspect([str(tmp_path / "b.trc")])
-    assert [line for line in found.lines if "the left shank is" in line]
-    assert found.strides > 2
+    (result,) = inspect([str(tmp_path / "b.trc")])
+    assert [line for line in result.lines if "the left shank is" in line]
+    assert result.strides > 2
 
 
 def test_inspect_names_the_nearest_mapping_only_if_a_point_of_it_is_there(
@@ -329,9 +329,9 @@ def test_inspect_says_one_thing_about_a_unit_that_nobody_stated(
     rows = (",".join(map(repr, row.tolist())) for row in scale * walk.reshape(len(walk), -1))
     text = "\n".join([",".join(columns), *rows])
     (tmp_path / "a.csv").write_text(text, encoding="utf-8")
-    (found,) = inspect([str(tmp_path / "a.csv"), f"frame_rate_hz={HZ}"])
-    assert found.strides > 2
-    told = [line for line in found.lines if re.search("unit|taken as", line)]
-    assert len(told) == 2
-    assert "no unit stated" in told[0]
-    assert f"taken as {unit}, which makes legs of" in told[1]
+    (result,) = inspect([str(tmp_path / "a.csv"), f"frame_rate_hz={HZ}"])
+    assert result.strides > 2
+    described = [line for line in result.lines if re.search("unit|taken as", line)]
+    assert len(described) == 2
+    assert "no unit stated" in described[0]
+    assert f"taken as {unit}, which makes legs of" in described[1]

@@ -27,14 +27,14 @@ ALL_METHODS = "sweep.methods=[least_squares,map,anatomical]"
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Figures 4, 5 and joint angles of zhang2007 at smoke scale, by every method."""
     results = tmp_path_factory.mktemp("results")
-    place = results / "synthetic" / "smoke"
+    position = results / "synthetic" / "smoke"
     store = Store(results)
     for name in FIGURES:
         experiment = compose(
             [f"experiment={name}", "scale=smoke", f"results={results}", "figure.recording=false", ALL_METHODS]
         )
-        make_figure(experiment, place / name, store=store)
-    return place
+        make_figure(experiment, position / name, store=store)
+    return position
 
 
 def test_the_browser_computes_the_tables(folder: Path, browser: str, tmp_path: Path) -> None:
@@ -77,9 +77,9 @@ def test_back_to_the_paper_from_our_method(folder: Path, browser: str, tmp_path:
     text = re.sub(r"<meta http-equiv[^>]*>", frames, page.read_text(encoding="utf-8"))
     page.write_text(text.replace("</body>", script), encoding="utf-8")
     dom = shown(browser, page.as_uri(), tmp_path)
-    said = dict(re.findall(r'data-(\w+)="([^"]*)"', re.findall(r"<body[^>]*>", dom)[0]))
-    assert said["ours"].startswith("The method's 95 % bars are ±")
-    assert said["papers"] == ""  # absent if the player did not come back
+    message = dict(re.findall(r'data-(\w+)="([^"]*)"', re.findall(r"<body[^>]*>", dom)[0]))
+    assert message["ours"].startswith("The method's 95 % bars are ±")
+    assert message["papers"] == ""  # absent if the player did not come back
 
 
 def bars_of_the_middle_walker(folder: Path) -> tuple[float, float]:
@@ -87,18 +87,18 @@ def bars_of_the_middle_walker(folder: Path) -> tuple[float, float]:
     figure = read_published(folder, FIGURES).figures["zhang2007_fig5"]
     walkers = figure.arrays["samples"].reshape(-1, 5, 15, 3)
     middle = len(walkers) // 2
-    kept = figure.arrays["person"] != figure.arrays["person"][middle]
-    weights = anatomical.person_weights(figure.arrays["person"][kept])
-    prior = anatomical.fit(walkers[kept], weights, anatomical.Shrinkage())
+    retained = figure.arrays["person"] != figure.arrays["person"][middle]
+    weights = anatomical.person_weights(figure.arrays["person"][retained])
+    prior = anatomical.fit(walkers[retained], weights, anatomical.Shrinkage())
     view = np.radians([30.0])
-    given = anatomical.condition(prior, view, noise=anatomical.Noise())
+    inputs = anatomical.condition(prior, view, noise=anatomical.Noise())
     axes = anatomical.image_axes(view)
     whole = np.einsum("aij,kjb->akib", axes, anatomical.by_joint(walkers[middle])).reshape(1, 1, -1)
-    found = anatomical.fit_lengths(
-        given, whole[..., ~given.unknown], anatomical.tolerances(prior), with_covariance=True
+    result = anatomical.fit_lengths(
+        inputs, whole[..., ~inputs.unknown], anatomical.tolerances(prior), with_covariance=True
     )
-    half = NORMAL_95 * anatomical.deviation_at_instants(found.covariance[0, 0], 5, PHASES)
-    off = (whole[..., given.unknown] - found.unknown)[0, 0].reshape(15, 5)
+    half = NORMAL_95 * anatomical.deviation_at_instants(result.covariance[0, 0], 5, PHASES)
+    off = (whole[..., inputs.unknown] - result.unknown)[0, 0].reshape(15, 5)
     return float(half.mean()), float((np.abs(anatomical.at_instants(off, PHASES)) <= half).mean())
 
 
@@ -106,8 +106,8 @@ def bars_of_the_middle_walker(folder: Path) -> tuple[float, float]:
 def test_ones_own_walk_is_read_as_the_library_reads_it(folder: Path, browser: str, tmp_path: Path) -> None:
     # A walk at phase zero, walked obliquely and dropped as a file: its representation comes back.
     figure = read_published(folder, FIGURES).figures["zhang2007_fig5"]
-    wanted, times = figure.arrays["samples"][0].reshape(5, 15, 3), np.arange(150) / 60.0
-    motion = fourier.synthesise(wanted, 0.93, times)
+    target, times = figure.arrays["samples"][0].reshape(5, 15, 3), np.arange(150) / 60.0
+    motion = fourier.synthesise(target, 0.93, times)
     motion[..., 1] += 1200.0 * times[:, None]
     c, s = np.cos(0.7), np.sin(0.7)
     x, y = c * motion[..., 0] - s * motion[..., 1], s * motion[..., 0] + c * motion[..., 1]
@@ -128,10 +128,10 @@ def test_ones_own_walk_is_read_as_the_library_reads_it(folder: Path, browser: st
     content = f'<script type="text/csv" id="csv">{csv}</script>{script}'
     page.write_text(text.replace("</body>", content), encoding="utf-8")
     dom = shown(browser, page.as_uri(), tmp_path)
-    said = dict(re.findall(r'data-(\w+)="([^"]*)"', re.findall(r"<body[^>]*>", dom)[0]))
-    assert float(said["hz"]) == pytest.approx(0.93, abs=2e-3)
-    found = np.array(said["samples"].split(), dtype=float).reshape(5, 15, 3)
-    given = fourier.represent(fourier.synthesise(wanted, 0.93, times), 60.0, frequency_hz=0.93).coefficients
-    shifted = given - np.eye(5, 1)[:, :, None] * given[0, 8]  # about the pelvis
-    assert np.abs(found - shifted).max() < 12.0
-    assert said["complaint"].startswith("the file needs the columns time_s, joint, x_mm")
+    message = dict(re.findall(r'data-(\w+)="([^"]*)"', re.findall(r"<body[^>]*>", dom)[0]))
+    assert float(message["hz"]) == pytest.approx(0.93, abs=2e-3)
+    result = np.array(message["samples"].split(), dtype=float).reshape(5, 15, 3)
+    inputs = fourier.represent(fourier.synthesise(target, 0.93, times), 60.0, frequency_hz=0.93).coefficients
+    shifted = inputs - np.eye(5, 1)[:, :, None] * inputs[0, 8]  # about the pelvis
+    assert np.abs(result - shifted).max() < 12.0
+    assert message["complaint"].startswith("the file needs the columns time_s, joint, x_mm")

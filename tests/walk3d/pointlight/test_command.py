@@ -34,11 +34,11 @@ ROOT = Path(__file__).resolve().parents[3]
 @pytest.fixture(scope="module")
 def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Somebody without a head, over the ground."""
-    made = walkers.walking_population(
+    output = walkers.walking_population(
         np.random.default_rng(3), male=1, female=1, duration_s=4.0, frame_rate_hz=60
     )
-    walk = made.positions_mm[0].copy()
-    walk[..., 1] += made.people[0].speed * np.arange(len(walk))[:, None] / 60
+    walk = output.positions_mm[0].copy()
+    walk[..., 1] += output.people[0].speed * np.arange(len(walk))[:, None] / 60
     path = tmp_path_factory.mktemp("recording") / "anna.trc"
     trc.write(path, WALKER15.joints[1:], walk[:, 1:], 60.0)
     return path
@@ -71,9 +71,9 @@ def test_a_display_is_made_the_same_way_twice(
     for folder in ("one", "two"):
         (tmp_path / folder).mkdir()
         monkeypatch.chdir(tmp_path / folder)
-        target, said = make([str(recording), *options])
+        target, message = make([str(recording), *options])
         digests.add(hashlib.sha256(target.read_bytes()).hexdigest())
-        words.add(said)
+        words.add(message)
     assert (len(digests), len(words)) == (1, 1)
     if "to=a.ptd" not in options:
         assert "head" in words.pop()  # an estimated joint is named
@@ -92,30 +92,30 @@ def test_a_recording_translates_at_its_own_speed(recording: Path, tmp_path: Path
     target, _ = make([str(recording), f"to={tmp_path / 'a.csv'}", *options])
     table = np.genfromtxt(target, delimiter=",", names=True, dtype=None, encoding="utf-8")
     pelvis = table[table["dot"] == "pelvis"]
-    made = walkers.walking_population(
+    output = walkers.walking_population(
         np.random.default_rng(3), male=1, female=1, duration_s=4.0, frame_rate_hz=60
     )
     slope = np.polyfit(pelvis["time_s"], pelvis["x_mm"], 1)[0]
-    assert slope == pytest.approx(made.people[0].speed, rel=0.03)
+    assert slope == pytest.approx(output.people[0].speed, rel=0.03)
 
 
 def test_walkers_of_a_figure_from_any_view(figure: Path, tmp_path: Path) -> None:
     """The model of the fold, learnt again, gives the demonstrations that the figure holds, to rounding."""
-    found = FigureWalkers(figure)
+    result = FigureWalkers(figure)
     with np.load(figure / "arrays.npz", allow_pickle=False) as arrays:
         names, views = arrays["walker"].tolist(), arrays["demonstration_view_deg"].tolist()
-        held = arrays["missing"]
+        fixed = arrays["missing"]
         grid = arrays["view_angle_deg"].tolist()
         covariance = arrays["residual_covariance_mm2"]
     stated = pd.DataFrame(read(figure / "table_people.csv")).set_index(["walker", "method", "view_angle_deg"])
     for m, method in enumerate(("least_squares", "map")):
         for r in (0, 5):
             for v, view in enumerate(views):
-                again = found._from_view(r, method, view)
-                np.testing.assert_allclose(again, held[m, r, v], rtol=0, atol=1e-6)
+                again = result._from_view(r, method, view)
+                np.testing.assert_allclose(again, fixed[m, r, v], rtol=0, atol=1e-6)
             # From another view: the error that the figure states, made of the exported motion.
             view = grid[2]
-            walk, whole = found.reconstructed(names[r], method, view), found.original(names[r])
+            walk, whole = result.reconstructed(names[r], method, view), result.original(names[r])
             off = walk.coefficients - whole.coefficients
             away = np.array([-np.sin(np.radians(view)), np.cos(np.radians(view)), 0.0])
             power = np.array([1, 0.5, 0.5, 0.5, 0.5]) @ ((off @ away) ** 2)
@@ -219,8 +219,8 @@ def test_a_browser_shows_the_svg(tmp_path: Path) -> None:
         check=True, capture_output=True, timeout=120,
     )  # fmt: skip
     with Image.open(shot) as picture:
-        seen = np.asarray(picture.convert("L"))[:height, :width] > 128
-    rows, columns = np.nonzero(seen)
+        observed = np.asarray(picture.convert("L"))[:height, :width] > 128
+    rows, columns = np.nonzero(observed)
     off = np.hypot(columns[:, None] + 0.5 - places[frame, :, 0], rows[:, None] + 0.5 - places[frame, :, 1])
     assert off.min(axis=1).max() < 5.0  # nothing is white but dots of radius 4
     assert off.min(axis=0).max() < 1.0  # and every dot is
@@ -233,9 +233,9 @@ def test_a_browser_shows_the_svg(tmp_path: Path) -> None:
 def author(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A mirror with a made-up average walker, and a table that lists it."""
     text = "// Copyright … and Nikolaus Troje\n" + made_up_walker.javascript()
-    shelf, here = tmp_path / "shelf" / "author", tmp_path / "here"
+    shelf, start = tmp_path / "shelf" / "author", tmp_path / "here"
     shelf.mkdir(parents=True)
-    here.mkdir()
+    start.mkdir()
     (shelf / "bmwalker.js").write_text(text, "utf-8")
     content = text.encode()
     digest = hashlib.sha256(content).hexdigest()
@@ -244,22 +244,22 @@ def author(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     table.write_text(f"path,source,bytes,sha256,address,origin\n{row}\n", "utf-8")
     monkeypatch.setattr("pipeline.ingestion.author.listing_table", lambda _: table)
     monkeypatch.setenv("MOCAP_MIRROR", str(shelf.parent))
-    monkeypatch.chdir(here)
-    return here
+    monkeypatch.chdir(start)
+    return start
 
 
 def test_the_authors_walker_along_its_axes(author: Path) -> None:
-    shown = {}
+    displayed = {}
     for weight in (0, 3):
         options = [f"weight={weight}", "view_angle_deg=90", "to=a.csv", "replace=true"]
         target, words = make(["author", *options])
         assert fourier_walks.SOURCE in words
         assert ("weight +3" in words) == (weight == 3)
         table = np.genfromtxt(target, delimiter=",", names=True, dtype=None, encoding="utf-8")
-        shown[weight] = table[table["dot"] == "head"]["y_mm"].mean()
+        displayed[weight] = table[table["dot"] == "head"]["y_mm"].mean()
     mean, axes = made_up_walker.walker()
     head, pelvis = (30 + WALKER15.index(joint) for joint in ("head", "pelvis"))
-    for weight, height in shown.items():
+    for weight, height in displayed.items():
         blocks = mean[0] + weight * axes["weight"][0]
         assert height == pytest.approx(blocks[head] - blocks[pelvis], abs=0.01)
 
@@ -292,10 +292,10 @@ def test_an_mm_file_is_written_and_read_again(author: Path) -> None:
     assert f"{mean[2, -1] * 0.12:.2f} m/s" in words
     np.testing.assert_allclose(rows[-1, :3], mean[:3, -1], atol=1e-3)
     # Mean, cosine 1, sine 1, cosine 2, sine 2, all x, all y, all z: as in the file, but about the mean pelvis.
-    given = mean[[0, 2, 1, 4, 3], :45].T
-    np.testing.assert_allclose(rows[:45, 1:], given[:, 1:], atol=1e-3)
+    inputs = mean[[0, 2, 1, 4, 3], :45].T
+    np.testing.assert_allclose(rows[:45, 1:], inputs[:, 1:], atol=1e-3)
     pelvis = WALKER15.index("pelvis") + np.array([0, 15, 30])
-    np.testing.assert_allclose(rows[:45, 0], given[:, 0] - np.repeat(given[pelvis, 0], 15), atol=1e-3)
+    np.testing.assert_allclose(rows[:45, 0], inputs[:, 0] - np.repeat(inputs[pelvis, 0], 15), atol=1e-3)
     again, _ = make([str(target), "to=b.csv", "cycles=2"])
     first, _ = make(["author", "to=c.csv", "cycles=2"])
     names = ("frame", "dot")

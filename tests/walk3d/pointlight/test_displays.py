@@ -62,8 +62,8 @@ def test_a_walker_who_translates_leaves_no_foot_behind(series: tuple[np.ndarray,
 def test_the_speed_is_that_of_the_belt() -> None:
     people = walkers.walking_population(generator(4), male=2, female=3, duration_s=4.0, frame_rate_hz=HZ)
     for walk, belt in zip(people.positions_mm, (who.speed for who in people.people), strict=True):
-        found = fourier.represent(walk, HZ)
-        speed = pointlight.walking_speed(found.coefficients, found.frequency_hz)
+        representation = fourier.represent(walk, HZ)
+        speed = pointlight.walking_speed(representation.coefficients, representation.frequency_hz)
         assert speed == pytest.approx(belt, rel=0.1)
 
 
@@ -108,9 +108,9 @@ def test_phase_scrambling_keeps_each_trajectory_up_to_its_beginning(lights: Poin
 @pytest.mark.parametrize(("lifetime", "shown"), [(1, 3), (6, 8), (7, 14), (20, 1)])
 def test_a_short_lived_dot_is_always_at_a_joint(lights: PointLights, lifetime: int, shown: int) -> None:
     short = pointlight.limited_lifetime(lights, generator(), lifetime_frames=lifetime, shown=shown)
-    apart = np.linalg.norm(short.positions[:, :, None] - lights.positions[:, None], axis=-1)
-    assert apart.min(axis=-1).max() == 0.0
-    at = apart.argmin(axis=-1)
+    distance = np.linalg.norm(short.positions[:, :, None] - lights.positions[:, None], axis=-1)
+    assert distance.min(axis=-1).max() == 0.0
+    at = distance.argmin(axis=-1)
     assert all(len(set(joints)) == shown for joints in at.tolist())  # no two at the same joint
     for dot in at.T:
         changes = np.flatnonzero(np.diff(dot))
@@ -127,8 +127,8 @@ def test_noise_moves_like_the_walker_and_the_walker_is_left_alone(lights: PointL
     np.testing.assert_array_equal(among.positions[:, among.of_walker], lights.positions)
     noise = among.positions[:, ~among.of_walker]
     assert noise.shape[1] == 40
-    own = lights.positions - lights.positions.mean(axis=0)
-    spectra = np.abs(np.fft.fft(own, axis=0))
+    reference = lights.positions - lights.positions.mean(axis=0)
+    spectra = np.abs(np.fft.fft(reference, axis=0))
     lent = []
     for dot in np.moveaxis(noise - noise.mean(axis=0), 1, 0):
         off = np.abs(np.abs(np.fft.fft(dot, axis=0))[:, None] - spectra).max(axis=(0, 2))
@@ -194,8 +194,8 @@ def test_the_table_and_the_library_format_hold_the_numbers(
     lights: PointLights, series: tuple[np.ndarray, float]
 ) -> None:
     rows = list(csv.DictReader(io.StringIO(pointlight.as_csv(lights))))
-    found = np.array([[float(row["x_mm"]), float(row["y_mm"])] for row in rows]).reshape(-1, 15, 2)
-    np.testing.assert_allclose(found, lights.positions, atol=1e-4)
+    result = np.array([[float(row["x_mm"]), float(row["y_mm"])] for row in rows]).reshape(-1, 15, 2)
+    np.testing.assert_allclose(result, lights.positions, atol=1e-4)
     assert {row["kind"] for row in rows} == {"walker"}
     walk = fourier.synthesise(series[0], series[1], np.arange(7) / HZ)
     first, *numbers = pointlight.as_ptd(walk).split()

@@ -123,8 +123,8 @@ def test_the_stance_prior_is_that_of_the_sum_of_precisions() -> None:
     values = anatomical.by_joint(people).reshape(8, -1) @ rows.T
     spread = values.var(axis=0) + 25.0
     C = prior.covariance.reshape(225, 225)
-    wanted = np.linalg.inv(np.linalg.inv(C) + 0.3 * (rows.T / spread) @ rows)
-    np.testing.assert_allclose(changed.covariance.reshape(225, 225), wanted, rtol=1e-6, atol=1e-6)
+    target = np.linalg.inv(np.linalg.inv(C) + 0.3 * (rows.T / spread) @ rows)
+    np.testing.assert_allclose(changed.covariance.reshape(225, 225), target, rtol=1e-6, atol=1e-6)
 
 
 def test_proportions_are_those_of_the_mean_whatever_the_size() -> None:
@@ -143,8 +143,8 @@ def test_proportions_are_those_of_the_mean_whatever_the_size() -> None:
     np.testing.assert_allclose(rows @ change.ravel(), slope, atol=1e-6)
     np.testing.assert_allclose(rows @ prior.mean.ravel(), 0.0, atol=1e-9)
     changed = anatomical.with_proportions(prior, tolerance=2.0).covariance.reshape(225, 225)
-    wanted = np.linalg.inv(np.linalg.inv(prior.covariance.reshape(225, 225)) + rows.T @ rows / 4.0)
-    np.testing.assert_allclose(changed, wanted, rtol=1e-6, atol=1e-5)
+    target = np.linalg.inv(np.linalg.inv(prior.covariance.reshape(225, 225)) + rows.T @ rows / 4.0)
+    np.testing.assert_allclose(changed, target, rtol=1e-6, atol=1e-5)
     assert np.diag(rows @ changed @ rows.T).max() < 4.0
 
 

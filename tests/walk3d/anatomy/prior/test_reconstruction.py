@@ -42,10 +42,10 @@ def test_without_its_parts_it_is_approach_two(seed: int, angle: float, noise_var
     view = np.array([angle, -angle])
     prior = anatomical.fit(people[1:], np.full(11, 1 / 11), PLAIN)
     conditional = anatomical.condition(prior, view, noise=Noise(variance=noise_variance, share=0.0))
-    found = conditional.expect(seen_from(people[0], view)[..., ~conditional.unknown])[:, 0]
+    result = conditional.expect(seen_from(people[0], view)[..., ~conditional.unknown])[:, 0]
     rows = linear_model.flatten(people)
     expected = from_known_views(linear_model.fit(rows[1:], 10), rows[0], view, noise_variance=noise_variance)
-    missing = found.reshape(2, 15, 5).swapaxes(1, 2)
+    missing = result.reshape(2, 15, 5).swapaxes(1, 2)
     np.testing.assert_allclose(missing, expected.missing, rtol=0, atol=1e-7)
 
 
@@ -54,13 +54,13 @@ def test_the_conditional_is_that_of_the_formula(hidden: bool) -> None:
     """With the whole covariance in image axes, and inverses written out."""
     prior, walker = learnt(12)
     view = np.array([-0.7, 0.3])
-    found = anatomical.condition(
+    result = anatomical.condition(
         prior,
         view,
         noise=Noise(bias=4.0),
         hidden=HIDDEN if hidden else anatomical.NOTHING_HIDDEN,
     )
-    u, o = found.unknown, ~found.unknown
+    u, o = result.unknown, ~result.unknown
     rows = seen_from(walker, view)
     for a, axes in enumerate(anatomical.image_axes(view)):
         C = np.einsum("pi,kiblju,qj->kpblqu", axes, prior.covariance, axes).reshape(225, 225)
@@ -68,8 +68,8 @@ def test_the_conditional_is_that_of_the_formula(hidden: bool) -> None:
         floor = np.broadcast_to(np.array([16.0, 0.0, 0.0, 0.0, 0.0]), (15, 3, 5)).ravel()[o]
         gain = C[np.ix_(u, o)] @ np.linalg.inv(C[np.ix_(o, o)] + np.diag(100 + 0.2 * np.diag(C)[o] + floor))
         expected = m[u] + gain @ (rows[a, 0, o] - m[o])
-        np.testing.assert_allclose(found.expect(rows[..., o])[a, 0], expected, atol=1e-8)
-        np.testing.assert_allclose(found.covariance[a], C[np.ix_(u, u)] - gain @ C[np.ix_(o, u)], atol=1e-7)
+        np.testing.assert_allclose(result.expect(rows[..., o])[a, 0], expected, atol=1e-8)
+        np.testing.assert_allclose(result.covariance[a], C[np.ix_(u, u)] - gain @ C[np.ix_(o, u)], atol=1e-7)
 
 
 @pytest.mark.parametrize("mirror", [False, True], ids=["walks", "mirror images, too"])
@@ -82,10 +82,10 @@ def test_the_expectation_from_walks_is_that_of_their_covariance(mirror: bool, hi
     prior, unknown = walks.fit(some, weights, plain), anatomical.unknown_coefficients(hidden, 5)
     observed = 100.0 * rng.standard_normal((2, 3, int((~unknown).sum())))
     mean, rows, _ = walks.centred(some, weights)
-    found = anatomical.expect_from_walks(
+    result = anatomical.expect_from_walks(
         mean, rows, observed, view, unknown=unknown, noise_variances=variances
     )
-    for variance, of_variance in zip(variances, found, strict=True):
+    for variance, of_variance in zip(variances, result, strict=True):
         noise = Noise(variance=variance, share=0.0)
         conditional = anatomical.condition(prior, view, noise=noise, hidden=hidden)
         np.testing.assert_allclose(of_variance, conditional.expect(observed), rtol=1e-8, atol=1e-7)
@@ -108,10 +108,10 @@ def test_lengths_without_limits_leave_the_linear_part() -> None:
     endless = Tolerances(
         within=np.full(len(anatomical.BONES), np.inf), pairs=np.full(len(anatomical.PAIRS), np.inf)
     )
-    found = anatomical.fit_lengths(conditional, observed, endless, with_covariance=True)
-    np.testing.assert_allclose(found.unknown, conditional.expect(observed), atol=1e-9)
-    np.testing.assert_allclose(found.covariance[:, 0], conditional.covariance, rtol=1e-6, atol=1e-6)
-    assert found.converged.all()
+    result = anatomical.fit_lengths(conditional, observed, endless, with_covariance=True)
+    np.testing.assert_allclose(result.unknown, conditional.expect(observed), atol=1e-9)
+    np.testing.assert_allclose(result.covariance[:, 0], conditional.covariance, rtol=1e-6, atol=1e-6)
+    assert result.converged.all()
 
 
 @pytest.mark.parametrize("hidden", [anatomical.NOTHING_HIDDEN, HIDDEN], ids=["all seen", "hidden joints"])
@@ -120,13 +120,13 @@ def test_the_derivatives_are_those_of_finite_differences(hidden: np.ndarray) -> 
     rows = seen_from(walker, np.array([0.6]))[0, 0]
     unknown = anatomical.unknown_coefficients(hidden, 5)
     limits = anatomical.tolerances(prior)
-    lengths, one = anatomical.Lengths(unknown, rows[None, ~unknown], limits), np.zeros(1, dtype=int)
-    here = rows[None, unknown]
-    gradient, matrix = lengths.slope(here, one)[1][0], lengths.matrix(here, one, exact=True)[0]
+    lengths, first = anatomical.Lengths(unknown, rows[None, ~unknown], limits), np.zeros(1, dtype=int)
+    start = rows[None, unknown]
+    gradient, matrix = lengths.slope(start, first)[1][0], lengths.matrix(start, first, exact=True)[0]
     rng = np.random.default_rng(0)
     for _ in range(4):
-        way, step = rng.standard_normal(here.shape[1]), 1e-4
-        (ahead, more), (behind, less) = (lengths.slope(here + h * way, one) for h in (step, -step))
+        way, step = rng.standard_normal(start.shape[1]), 1e-4
+        (ahead, more), (behind, less) = (lengths.slope(start + h * way, first) for h in (step, -step))
         assert (ahead - behind) / (2 * step) == pytest.approx(2 * gradient @ way, rel=1e-6)
         np.testing.assert_allclose(
             (more - less)[0] / (2 * step), matrix @ way, rtol=1e-5, atol=1e-6 * np.abs(matrix).max()
@@ -143,7 +143,7 @@ def test_an_independent_minimiser_finds_the_same_walker(hidden: np.ndarray) -> N
     unknown = conditional.unknown
     rows = seen_from(walker, view)
     observed = rows[..., ~unknown]
-    found = anatomical.fit_lengths(conditional, observed, limits)
+    result = anatomical.fit_lengths(conditional, observed, limits)
     mean = conditional.expect(observed)[0, 0]
     P = np.linalg.inv(conditional.covariance[0])
     phases = np.arange(20) / 20
@@ -162,14 +162,14 @@ def test_an_independent_minimiser_finds_the_same_walker(hidden: np.ndarray) -> N
         return float((u - mean) @ P @ (u - mean) + within + pairs)
 
     root = np.linalg.cholesky(conditional.covariance[0])
-    here = np.linalg.solve(root, found.unknown[0, 0] - mean)
-    assert objective(here) == pytest.approx(found.cost[0, 0], rel=1e-7)
+    before = np.linalg.solve(root, result.unknown[0, 0] - mean)
+    assert objective(before) == pytest.approx(result.cost[0, 0], rel=1e-7)
     rng = np.random.default_rng(0)
-    start = here + 0.02 * rng.standard_normal(len(here))
+    start = before + 0.02 * rng.standard_normal(len(before))
     again = minimize(objective, start, method="BFGS", options={"gtol": 1e-4, "maxiter": 25})
-    assert objective(here) <= again.fun + 1e-6
+    assert objective(before) <= again.fun + 1e-6
     for _ in range(20):  # and no step from it falls
-        assert objective(here + 0.01 * rng.standard_normal(len(here))) > objective(here)
+        assert objective(before + 0.01 * rng.standard_normal(len(before))) > objective(before)
 
 
 def test_the_deviations_are_those_of_a_sampler_of_the_posterior() -> None:
@@ -189,7 +189,7 @@ def test_the_deviations_are_those_of_a_sampler_of_the_posterior() -> None:
     view, rng = np.array([0.4]), np.random.default_rng(0)
     conditional = anatomical.condition(prior, view, noise=Noise())
     rows, unknown = seen_from(walker, view)[0, 0], conditional.unknown
-    found = anatomical.fit_lengths(conditional, rows[None, None, ~unknown], limits, with_covariance=True)
+    result = anatomical.fit_lengths(conditional, rows[None, None, ~unknown], limits, with_covariance=True)
     mean, P = conditional.expect(rows[None, None, ~unknown])[0, 0], np.linalg.inv(conditional.covariance[0])
     basis = fourier.cycle_basis(fourier.equal_phases(20), 5)
     (starts, ends), (left, right) = np.array(anatomical.BONES).T, np.array(anatomical.PAIRS).T
@@ -206,18 +206,18 @@ def test_the_deviations_are_those_of_a_sampler_of_the_posterior() -> None:
         return np.asarray(((u - mean) @ P * (u - mean)).sum(axis=1) + within + pairs)
 
     chains, step = 120, 1.6 / np.sqrt(unknown.sum())
-    root = np.linalg.cholesky(found.covariance[0, 0])
-    here = np.tile(found.unknown[0, 0], (chains, 1))
-    cost, kept = objective(here), []
+    root = np.linalg.cholesky(result.covariance[0, 0])
+    start = np.tile(result.unknown[0, 0], (chains, 1))
+    cost, retained = objective(start), []
     for number in range(1000):
-        there = here + step * rng.standard_normal(here.shape) @ root.T
-        proposed = objective(there)
-        taken = np.log(rng.random(chains)) < (cost - proposed) / 2.0
-        here[taken], cost[taken] = there[taken], proposed[taken]
+        moved = start + step * rng.standard_normal(start.shape) @ root.T
+        proposed = objective(moved)
+        used = np.log(rng.random(chains)) < (cost - proposed) / 2.0
+        start[used], cost[used] = moved[used], proposed[used]
         if number > 400 and number % 50 == 0:
-            kept.append(here.copy())
-    drawn = anatomical.at_instants(np.concatenate(kept).reshape(-1, 15, 5), 6).std(axis=0)
-    sd = anatomical.deviation_at_instants(found.covariance[0, 0], 5, 6)
+            retained.append(start.copy())
+    drawn = anatomical.at_instants(np.concatenate(retained).reshape(-1, 15, 5), 6).std(axis=0)
+    sd = anatomical.deviation_at_instants(result.covariance[0, 0], 5, 6)
     linear = anatomical.deviation_at_instants(conditional.covariance[0], 5, 6)
     assert (drawn / sd).mean() == pytest.approx(1.0, abs=0.06)
     assert 0.7 < (drawn / sd).min() <= (drawn / sd).max() < 1.3  # Laplace's approximation is one
@@ -297,13 +297,13 @@ def test_multipliers_are_quantiles_of_the_others() -> None:
     rng = np.random.default_rng(1)
     z = np.abs(rng.standard_normal((6, 40, 3)))
     groups = np.array([0, 1, 0])
-    found = anatomical.multipliers_without(z, groups, np.array([0.5, 0.95]))
-    np.testing.assert_allclose(found[2, 0, 1], np.quantile(np.delete(z, 2, axis=0)[..., [0, 2]], 0.95))
+    result = anatomical.multipliers_without(z, groups, np.array([0.5, 0.95]))
+    np.testing.assert_allclose(result[2, 0, 1], np.quantile(np.delete(z, 2, axis=0)[..., [0, 2]], 0.95))
     spoiled = z.copy()
     spoiled[2] = 1e6
     again = anatomical.multipliers_without(spoiled, groups, np.array([0.5, 0.95]))
-    np.testing.assert_array_equal(again[2], found[2])
-    assert (again[0] > found[0]).any()
+    np.testing.assert_array_equal(again[2], result[2])
+    assert (again[0] > result[0]).any()
 
 
 # --- view -----------------------------------------------------------------------------------------------------
@@ -311,31 +311,31 @@ def test_multipliers_are_quantiles_of_the_others() -> None:
 
 def test_the_costs_are_minus_twice_the_log_density_on_both_sides() -> None:
     prior, walker = learnt(10)
-    shown = seen_from(walker, np.array([0.5]))[0].reshape(1, 15, 3, 5)[:, :, :2]
-    costs = anatomical.view_costs(prior, shown, 12, noise=Noise())
+    displayed = seen_from(walker, np.array([0.5]))[0].reshape(1, 15, 3, 5)[:, :, :2]
+    costs = anatomical.view_costs(prior, displayed, 12, noise=Noise())
     for g, beta in enumerate(anatomical.circle(12)):
         axes = anatomical.image_axes(np.array([beta]))[0, :2]
         C = np.einsum("pi,kiblju,qj->kpblqu", axes, prior.covariance, axes)
         matrix = C.reshape(150, 150)
         matrix = matrix + np.diag(100.0 + 0.2 * np.diag(matrix))
-        off = (shown[0] - np.einsum("pi,kib->kpb", axes, prior.mean)).ravel()
-        wanted = off @ np.linalg.solve(matrix, off) + np.linalg.slogdet(matrix)[1]
-        assert costs[0, g] == pytest.approx(wanted, rel=1e-9)
+        off = (displayed[0] - np.einsum("pi,kib->kpb", axes, prior.mean)).ravel()
+        target = off @ np.linalg.solve(matrix, off) + np.linalg.slogdet(matrix)[1]
+        assert costs[0, g] == pytest.approx(target, rel=1e-9)
 
 
 @pytest.mark.parametrize("angle_deg", [-170.0, -45.0, 3.3, 90.0])
 def test_the_highest_mode_is_the_true_view(angle_deg: float) -> None:
     prior, walker = learnt(11, count=20)
-    shown = seen_from(walker, np.radians([angle_deg]))[0].reshape(1, 15, 3, 5)[:, :, :2]
-    found = anatomical.posterior_of(anatomical.view_costs(prior, shown, 72, noise=Noise()))
-    off = np.degrees(found.angle_rad[0]) - angle_deg
+    displayed = seen_from(walker, np.radians([angle_deg]))[0].reshape(1, 15, 3, 5)[:, :, :2]
+    result = anatomical.posterior_of(anatomical.view_costs(prior, displayed, 72, noise=Noise()))
+    off = np.degrees(result.angle_rad[0]) - angle_deg
     assert abs((off + 180.0) % 360.0 - 180.0) < 5.0
-    assert found.other_cost[0] > 0.0
+    assert result.other_cost[0] > 0.0
 
 
 def test_a_smooth_cost_gives_its_own_mode_and_no_other() -> None:
     circle = anatomical.circle(360)
     off = np.mod(circle - 0.31 + np.pi, 2 * np.pi) - np.pi
-    found = anatomical.posterior_of((2 * (1 - np.cos(off)) / 0.05**2)[None])
-    assert found.angle_rad[0] == pytest.approx(0.31, abs=1e-4)
-    assert found.other_cost[0] == np.inf
+    result = anatomical.posterior_of((2 * (1 - np.cos(off)) / 0.05**2)[None])
+    assert result.angle_rad[0] == pytest.approx(0.31, abs=1e-4)
+    assert result.other_cost[0] == np.inf

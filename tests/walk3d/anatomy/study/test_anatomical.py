@@ -97,10 +97,12 @@ def test_no_walk_of_a_person_chooses_any_setting_for_that_person() -> None:
     ]
     everybody, with_other = people(), people(spoiled(1))
     start = [replace(WHOLE, within=1.0 + person) for person in range(COUNT)]
-    found = everybody.select_in_turn(start, alternatives, 4, 1)
-    assert found[0] == with_other.select_in_turn(start, alternatives, 4, 1)[0]
-    assert [setting.within for setting in found] == [setting.within for setting in start], "nobody chose that"
-    for person, setting in enumerate(found):  # the last choice of each, from what is tried at once
+    result = everybody.select_in_turn(start, alternatives, 4, 1)
+    assert result[0] == with_other.select_in_turn(start, alternatives, 4, 1)[0]
+    assert [setting.within for setting in result] == [setting.within for setting in start], (
+        "nobody chose that"
+    )
+    for person, setting in enumerate(result):  # the last choice of each, from what is tried at once
         errors = everybody.errors_on_others([replace(setting, harmonics=number) for number in (1, 2)], 4, 1)[
             person
         ]
@@ -141,10 +143,10 @@ def test_settings_reconstruct_alike_alone_and_in_company() -> None:
     everybody = people()
     walkers_seen = np.stack([everybody.walker(0), everybody.walker(3)])
     together = everybody.fold(0).reconstruct(settings, walkers_seen, view, with_covariance=True)
-    for setting, found in zip(settings, together, strict=True):
+    for setting, result in zip(settings, together, strict=True):
         (alone,) = everybody.fold(0).reconstruct([setting], walkers_seen, view, with_covariance=True)
-        np.testing.assert_allclose(found.estimated, alone.estimated, atol=1e-6)
-        np.testing.assert_allclose(found.covariance, alone.covariance, atol=1e-5)
+        np.testing.assert_allclose(result.estimated, alone.estimated, atol=1e-6)
+        np.testing.assert_allclose(result.covariance, alone.covariance, atol=1e-5)
 
 
 def test_everybody_is_in_as_many_pairs() -> None:
@@ -179,9 +181,9 @@ def test_only_one_source_is_learnt_from() -> None:
     everybody = people()
     setting = replace(approach_two(70.0), shrinkage=replace(PLAIN, extra_variance=1.0))
     without = [n for n, source in enumerate(everybody.model.sources) if source == "two"]
-    one = everybody.fold(*without).prior(setting)
+    first = everybody.fold(*without).prior(setting)
     np.testing.assert_allclose(
-        np.moveaxis(one.mean, -1, 0), samples().coefficients[[1, 2, 3]].mean(axis=0), atol=1e-9
+        np.moveaxis(first.mean, -1, 0), samples().coefficients[[1, 2, 3]].mean(axis=0), atol=1e-9
     )
 
 

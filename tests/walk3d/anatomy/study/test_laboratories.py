@@ -52,11 +52,11 @@ def measured(walkers: FourierSamples) -> LaboratoryErrors:
 def test_the_size_and_the_offsets_of_two_laboratories_are_found(walkers: FourierSamples) -> None:
     sizes, offsets = [], []
     for seed in range(20):
-        apart = simulated_laboratories(walkers, np.random.default_rng(seed))
-        walks = apart.coefficients, apart.person, apart.source
-        found = anatomical.learn_differences(*walks, Differences(), worth=0.0)
-        sizes.append(found.size**2)
-        offsets.append(np.square(found.offset_mm[1:]))
+        distance = simulated_laboratories(walkers, np.random.default_rng(seed))
+        walks = distance.coefficients, distance.person, distance.source
+        result = anatomical.learn_differences(*walks, Differences(), worth=0.0)
+        sizes.append(result.size**2)
+        offsets.append(np.square(result.offset_mm[1:]))
     # A difference between two is twice a variance of which there is one contrast: over many draws it is right.
     np.testing.assert_allclose(np.sqrt(np.mean(sizes)), 0.1, rtol=0.15)
     np.testing.assert_allclose(np.sqrt(np.mean(offsets)), 25.0, rtol=0.15)
@@ -74,25 +74,25 @@ def test_laboratories_of_people_alike_in_size_do_not_say_that_the_next_is(walker
     )
     mean = ours.mean.ravel()
     more = (anybody.covariance - ours.covariance).reshape(len(mean), -1)
-    of = np.delete(alike.source, 0)
-    share = anatomical.concentration(np.full(len(of), 1.0 / len(of)), of)
+    owner = np.delete(alike.source, 0)
+    share = anatomical.concentration(np.full(len(owner), 1.0 / len(owner)), owner)
     assert mean @ more @ mean >= share * (0.1 * mean @ mean) ** 2 * (1.0 - 1e-9)
 
 
 def test_simulated_laboratories_differ_by_what_they_are_told(walkers: FourierSamples) -> None:
     same = simulated_laboratories(walkers, np.random.default_rng(1), offset_mm=0.0, size=0.0)
     np.testing.assert_allclose(same.coefficients, walkers.coefficients)
-    apart = simulated_laboratories(walkers, np.random.default_rng(1), size=0.0)
-    moved = apart.coefficients - walkers.coefficients
+    distance = simulated_laboratories(walkers, np.random.default_rng(1), size=0.0)
+    moved = distance.coefficients - walkers.coefficients
     np.testing.assert_allclose(moved[:, 1:], 0.0, atol=1e-9)
     np.testing.assert_allclose(moved[0], -moved[1])
     np.testing.assert_allclose(moved[0, 0], moved[0, 0][list(WALKER15.mirror)] * [-1.0, 1.0, 1.0], atol=1e-9)
-    assert set(apart.source) == {"laboratory_1", "laboratory_2"}
+    assert set(distance.source) == {"laboratory_1", "laboratory_2"}
 
 
 def mean(rows: pd.DataFrame, learnt_from: str, method: str, column: str = "absolute_error_mm2") -> float:
-    held = (rows["learnt_from"] == learnt_from) & (rows["method"] == method)
-    return float(rows.loc[held, column].mean())
+    fixed = (rows["learnt_from"] == learnt_from) & (rows["method"] == method)
+    return float(rows.loc[fixed, column].mean())
 
 
 def test_what_laboratories_differ_by_lowers_errors_and_makes_bars_hold(measured: LaboratoryErrors) -> None:

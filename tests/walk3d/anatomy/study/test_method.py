@@ -38,8 +38,8 @@ def test_views_from_the_left_are_those_of_the_mirror_image_from_the_right() -> N
     approach = AnatomicalApproach(samples())
     fold = approach.fold(2)
     together = approach.missing(fold, 2, VIEWS)
-    for view, found in zip(VIEWS, together, strict=True):
-        np.testing.assert_allclose(approach.missing(fold, 2, np.array([view, view]))[0], found, atol=1e-5)
+    for view, result in zip(VIEWS, together, strict=True):
+        np.testing.assert_allclose(approach.missing(fold, 2, np.array([view, view]))[0], result, atol=1e-5)
 
 
 def test_the_persons_other_walk_is_not_learnt_from() -> None:
@@ -49,32 +49,34 @@ def test_the_persons_other_walk_is_not_learnt_from() -> None:
 
 
 def test_known_views_have_the_anatomical_method_after_the_others() -> None:
-    given = inputs()
-    two = KnownView(view_angle_deg=GRID, sigma2_mm2=Grid(start=1, stop=101, step=50)).measure(given)
+    arguments = inputs()
+    two = KnownView(view_angle_deg=GRID, sigma2_mm2=Grid(start=1, stop=101, step=50)).measure(arguments)
     three = KnownView(
         view_angle_deg=GRID, sigma2_mm2=Grid(start=1, stop=101, step=50), methods=[*PUBLISHED, "anatomical"]
-    ).measure(given)
+    ).measure(arguments)
     assert three.methods.tolist() == ["least_squares", "map", "anatomical"]
     again = three.rows[three.rows["method"] != "anatomical"].reset_index(drop=True)
     pd.testing.assert_frame_equal(again, two.rows)
     walk, view = 3, np.radians(30.0)
     missing = three.missing[2, walk, 1]
-    true = camera.missing_dimension(given.dataset.coefficients[walk], view)
+    true = camera.missing_dimension(arguments.dataset.coefficients[walk], view)
     off = ((true - missing) ** 2 * np.array([1, 0.5, 0.5, 0.5, 0.5])[:, None]).sum(axis=0)
-    residual = given.dataset.residual_covariance[walk][:, 0, 0]  # a multiple of the unit matrix
-    shown = three.demonstrations.set_index(["walker", "method", "view_angle_deg"])["rms_error_mm"]
+    residual = arguments.dataset.residual_covariance[walk][:, 0, 0]  # a multiple of the unit matrix
+    displayed = three.demonstrations.set_index(["walker", "method", "view_angle_deg"])["rms_error_mm"]
     expected = np.sqrt((off + residual).mean())
-    np.testing.assert_allclose(shown[given.dataset.clip[walk], "anatomical", 30.0], expected, rtol=1e-9)
+    np.testing.assert_allclose(
+        displayed[arguments.dataset.clip[walk], "anatomical", 30.0], expected, rtol=1e-9
+    )
 
 
 def test_unknown_views_and_joint_angles_have_it_too() -> None:
-    given = inputs()
-    views = UnknownView(view_angle_deg=GRID, methods=["anatomical", "map"]).measure(given)
+    arguments = inputs()
+    views = UnknownView(view_angle_deg=GRID, methods=["anatomical", "map"]).measure(arguments)
     assert views.methods.tolist() == ["anatomical", "map"]
     rows = views.rows[views.rows["method"] == "anatomical"]
     assert rows["error_deg"].abs().median() < 15.0
     assert (rows["runner_up_cost"] >= 1.0).all()
-    angles = JointAngles(view_angle_deg=GRID, methods=["anatomical"]).measure(given)
+    angles = JointAngles(view_angle_deg=GRID, methods=["anatomical"]).measure(arguments)
     assert angles.methods.tolist() == ["anatomical", "average_walker"]
     assert np.isfinite(angles.rows["rmse_deg"]).all()
 

@@ -35,11 +35,11 @@ def test_a_folder_of_openpose_with_empty_people_and_a_gap(tmp_path: Path) -> Non
     write(tmp_path / "walk_000000000007_keypoints.json", {"people": people})
     write(tmp_path / "walk_000000000008_keypoints.json", {"people": []})
     write(tmp_path / "walk_000000000010_keypoints.json", {"people": [{}, *people]})
-    found = keypoints.read(tmp_path)
-    assert (found.format, found.n_frames, found.frame.tolist()) == ("openpose", 4, [0, 3])
-    np.testing.assert_allclose(found.points[0], POINTS)
-    assert found.identity.tolist() == ["", ""]
-    assert found.notes == ("2 frames between the first and the last are missing or without people.",)
+    recording = keypoints.read(tmp_path)
+    assert (recording.format, recording.n_frames, recording.frame.tolist()) == ("openpose", 4, [0, 3])
+    np.testing.assert_allclose(recording.points[0], POINTS)
+    assert recording.identity.tolist() == ["", ""]
+    assert recording.notes == ("2 frames between the first and the last are missing or without people.",)
 
 
 def test_folders_of_other_programs_with_a_file_to_each_frame(tmp_path: Path) -> None:
@@ -49,13 +49,13 @@ def test_folders_of_other_programs_with_a_file_to_each_frame(tmp_path: Path) -> 
         "easymocap": ("json", {"annots": [person | {"personID": 0}]}, {"annots": []}),
         "sapiens": ("json", {"meta_info": {}, "instance_info": [person]}, {"instance_info": []}),
     }
-    for program, (suffix, one, nobody) in people.items():
+    for program, (suffix, first, nobody) in people.items():
         (folder := tmp_path / program).mkdir()
-        for frame, content in ((3, one), (4, nobody), (5, one)):
+        for frame, content in ((3, first), (4, nobody), (5, first)):
             write(folder / f"{frame:05d}.{suffix}", content)
-        found = keypoints.read(folder)
-        assert (found.n_frames, found.frame.tolist()) == (3, [0, 2])
-        np.testing.assert_allclose(found.points, [POINTS] * 2)
+        recording = keypoints.read(folder)
+        assert (recording.n_frames, recording.frame.tolist()) == (3, [0, 2])
+        np.testing.assert_allclose(recording.points, [POINTS] * 2)
     write(folder / "00006.json", [{"image_id": "1.jpg", "keypoints": flat()}])
     with rejects("not_openpose", "00006.json"):
         keypoints.read(folder)
@@ -71,11 +71,11 @@ def test_labels_of_poses_of_yolo(tmp_path: Path, columns: int, more: str, who: s
         (tmp_path / f"walk_{frame}.txt").write_text(line + "\n", encoding="utf-8")
     (tmp_path / "walk_11.txt").write_text("", encoding="utf-8")  # nobody
     (tmp_path / "classes.txt").write_text("person\n", encoding="utf-8")
-    found = keypoints.read(tmp_path)
-    assert (found.format, found.n_frames, found.frame.tolist()) == ("yolo", 4, [0, 1, 3])
-    assert found.identity.tolist() == [who] * 3
-    np.testing.assert_allclose(found.points, [POINTS / 200.0] * 3)
-    np.testing.assert_allclose(found.confidence, 0.9 if columns == 3 else 1.0)
+    recording = keypoints.read(tmp_path)
+    assert (recording.format, recording.n_frames, recording.frame.tolist()) == ("yolo", 4, [0, 1, 3])
+    assert recording.identity.tolist() == [who] * 3
+    np.testing.assert_allclose(recording.points, [POINTS / 200.0] * 3)
+    np.testing.assert_allclose(recording.confidence, 0.9 if columns == 3 else 1.0)
     write(tmp_path / "camera.json", {"fps": 30})  # no keypoints
     assert keypoints.read(tmp_path).format == "yolo"
     (tmp_path / "walk_13.txt").write_text("0 .5 .5 .2 .6\n", encoding="utf-8")  # of a detector without poses
@@ -94,28 +94,28 @@ def test_alphapose_with_identities_as_lists(tmp_path: Path) -> None:
         {"image_id": f"{frame}.jpg", "keypoints": flat(), "idx": idx, "score": 1.0}
         for frame, idx in ((10, [2.0]), (9, 1), (10, 1))
     ]
-    found = keypoints.read(write(tmp_path / "a.json", rows))
-    assert found.frame.tolist() == [0, 1, 1]
-    assert found.identity.tolist() == ["1", "2", "1"]
-    np.testing.assert_array_equal(keypoints.read(tmp_path).points, found.points)  # its folder, too
+    recording = keypoints.read(write(tmp_path / "a.json", rows))
+    assert recording.frame.tolist() == [0, 1, 1]
+    assert recording.identity.tolist() == ["1", "2", "1"]
+    np.testing.assert_array_equal(keypoints.read(tmp_path).points, recording.points)  # its folder, too
 
 
 def test_mmpose_with_names_and_scores(tmp_path: Path) -> None:
     instances = [{"keypoints": POINTS.tolist(), "keypoint_scores": [0.5] * 17}]
     meta = {"keypoint_id2name": {str(k): f"point{k}" for k in range(17)}}
     frames = [{"frame_id": 5, "instances": instances}, {"frame_id": 7, "instances": instances}]
-    found = keypoints.read(write(tmp_path / "a.json", {"meta_info": meta, "instance_info": frames}))
-    assert (found.n_frames, found.frame.tolist()) == (3, [0, 2])
-    assert found.names[:2] == ("point0", "point1")
-    np.testing.assert_allclose(found.confidence, 0.5)
+    recording = keypoints.read(write(tmp_path / "a.json", {"meta_info": meta, "instance_info": frames}))
+    assert (recording.n_frames, recording.frame.tolist()) == (3, [0, 2])
+    assert recording.names[:2] == ("point0", "point1")
+    np.testing.assert_allclose(recording.confidence, 0.5)
 
 
 def test_a_single_score_is_of_the_whole_person(tmp_path: Path) -> None:
     rows = [{"frame": frame, "keypoints": flat(), "score": [0.9]} for frame in range(2)]
-    found = keypoints.read(write(tmp_path / "a.json", rows))
+    recording = keypoints.read(write(tmp_path / "a.json", rows))
     rows = [{"frame": frame, "keypoints": flat()} for frame in range(2)]
     np.testing.assert_array_equal(
-        found.confidence, keypoints.read(write(tmp_path / "a.json", rows)).confidence
+        recording.confidence, keypoints.read(write(tmp_path / "a.json", rows)).confidence
     )
 
 
@@ -176,12 +176,12 @@ def test_points_under_whatever_keys(written: str, lines: str, tmp_path: Path) ->
     content, path = WRITTEN[written], tmp_path / f"a.{lines or 'json'}"
     if lines and isinstance(content, list):
         path.write_text("".join(json.dumps(item) + "\n" for item in content), encoding="utf-8")
-    found = keypoints.read(path if path.exists() else write(path, content))
-    assert (found.n_frames, found.frame.tolist()) == (2, [0, 1])
-    np.testing.assert_allclose(found.points, [POINTS] * 2)
-    np.testing.assert_allclose(found.confidence, 0.9)
-    assert found.names == (tuple(NAMED) if written == "coco" or "named" in written else ())
-    assert found.image_size == ((640, 480) if written == "coco" else (0, 0))
+    recording = keypoints.read(path if path.exists() else write(path, content))
+    assert (recording.n_frames, recording.frame.tolist()) == (2, [0, 1])
+    np.testing.assert_allclose(recording.points, [POINTS] * 2)
+    np.testing.assert_allclose(recording.confidence, 0.9)
+    assert recording.names == (tuple(NAMED) if written == "coco" or "named" in written else ())
+    assert recording.image_size == ((640, 480) if written == "coco" else (0, 0))
 
 
 COLUMNS = [f"{name}_{axis}" for name in NAMED for axis in ("x", "y", "c")]
@@ -206,11 +206,11 @@ TABLES = {
 
 @pytest.mark.parametrize("written", TABLES)
 def test_a_table_as_json(written: str, tmp_path: Path) -> None:
-    found = keypoints.read(write(tmp_path / "a.json", TABLES[written]))
+    recording = keypoints.read(write(tmp_path / "a.json", TABLES[written]))
     names = LETTERS if "points" in written else NAMED
-    assert (found.names, found.frame.tolist(), found.n_frames) == (tuple(names), [*range(9)], 9)
-    np.testing.assert_allclose(found.points, [POINTS] * 9)
-    np.testing.assert_allclose(found.confidence, 0.9)
+    assert (recording.names, recording.frame.tolist(), recording.n_frames) == (tuple(names), [*range(9)], 9)
+    np.testing.assert_allclose(recording.points, [POINTS] * 9)
+    np.testing.assert_allclose(recording.confidence, 0.9)
 
 
 @pytest.mark.parametrize("written", ["index", "columns", "Frame", "frameIndex"])
@@ -238,8 +238,8 @@ def test_numbers_of_points_are_their_names(left_out: int, kind: type[float], tmp
     marks = [mark | {"id": kind(k), "z": 0.1} for k, mark in enumerate(objects("visibility"))][
         :: 1 + left_out
     ]
-    found = keypoints.read(write(tmp_path / "a.json", [{"landmarks": marks}] * 2))
-    assert found.names == tuple(f"{mark['id']:.0f}" for mark in marks)
+    recording = keypoints.read(write(tmp_path / "a.json", [{"landmarks": marks}] * 2))
+    assert recording.names == tuple(f"{mark['id']:.0f}" for mark in marks)
     mine = [{"landmarks": [mark | {"id": 7} for mark in marks]}] * 2  # whose, not which
     assert keypoints.read(write(tmp_path / "a.json", mine)).names == ()
 
@@ -249,31 +249,37 @@ def test_names_count_before_numbers(tmp_path: Path) -> None:
     names = {"keypoint_id2name": {str(k): name for k, name in enumerate(NAMED)}}
     people = [{"frame_id": k, "instances": [{"keypoints": marks}]} for k in (1, 2)]
     content = {"meta_info": names, "instance_info": people}
-    found = keypoints.read(write(tmp_path / "a.json", content))
-    assert found.names == tuple(NAMED)
-    np.testing.assert_allclose(found.points[0], POINTS)
+    recording = keypoints.read(write(tmp_path / "a.json", content))
+    assert recording.names == tuple(NAMED)
+    np.testing.assert_allclose(recording.points[0], POINTS)
     frames = [
         {"landmarks": [{"id": 32 - k, "x": k + 1, "y": time + 1} for k in range(33)]} for time in range(2)
     ]
-    found = keypoints.read(write(tmp_path / "a.json", frames))
-    assert (found.format, found.names[0], found.names[-1]) == ("mediapipe", "right_foot_index", "nose")
+    recording = keypoints.read(write(tmp_path / "a.json", frames))
+    assert (recording.format, recording.names[0], recording.names[-1]) == (
+        "mediapipe",
+        "right_foot_index",
+        "nose",
+    )
 
 
 @pytest.mark.parametrize(("count", "width"), [(17, 2), (33, 4), (33, 3)])
 def test_numbers_in_turn_are_two_three_or_four_of_a_point(count: int, width: int, tmp_path: Path) -> None:
     points = np.random.default_rng(0).uniform(0.1, 0.9, (count, width))
-    found = keypoints.read(write(tmp_path / "a.json", [{"frame": 0, "pose": points.ravel().tolist()}] * 2))
-    np.testing.assert_allclose(found.points[0], points[:, :2])
-    np.testing.assert_allclose(found.confidence[0], points[:, -1] if width > 2 else 1.0)
+    recording = keypoints.read(
+        write(tmp_path / "a.json", [{"frame": 0, "pose": points.ravel().tolist()}] * 2)
+    )
+    np.testing.assert_allclose(recording.points[0], points[:, :2])
+    np.testing.assert_allclose(recording.confidence[0], points[:, -1] if width > 2 else 1.0)
 
 
 @pytest.mark.parametrize("header", [{"fps": 25, "width": 640, "height": 480}, {"meta": {"fps": 25}}])
 def test_the_first_of_the_lines_may_hold_settings(header: dict[str, object], tmp_path: Path) -> None:
     lines = [header, *({"frame": frame, **IN_TURN} for frame in (5, 7))]
     (tmp_path / "a.jsonl").write_text("\n".join(map(json.dumps, lines)) + "\n", encoding="utf-8")
-    found = keypoints.read(tmp_path / "a.jsonl")
-    assert (found.n_frames, found.frame.tolist(), found.frame_rate_hz) == (3, [0, 2], 25.0)
-    assert found.image_size == ((640, 480) if "width" in header else (0, 0))
+    recording = keypoints.read(tmp_path / "a.jsonl")
+    assert (recording.n_frames, recording.frame.tolist(), recording.frame_rate_hz) == (3, [0, 2], 25.0)
+    assert recording.image_size == ((640, 480) if "width" in header else (0, 0))
 
 
 @pytest.mark.parametrize("first", [{"fps": 25, "frame": 0, **IN_TURN}, {"fps": 25} | ROWS[0]])
@@ -294,15 +300,15 @@ def test_a_line_that_is_no_frame_is_refused(second: str, tmp_path: Path) -> None
 
 
 def test_frames_that_are_none_hold_nobody(tmp_path: Path) -> None:
-    found = keypoints.read(write(tmp_path / "a.json", [5, {"keypoints": flat()}]))
-    assert (found.n_frames, found.frame.tolist()) == (2, [1])
+    recording = keypoints.read(write(tmp_path / "a.json", [5, {"keypoints": flat()}]))
+    assert (recording.n_frames, recording.frame.tolist()) == (2, [1])
 
 
 def test_names_of_joints_may_hold_how_sure_they_are(tmp_path: Path) -> None:
     axes = {title: value for title, value in ROWS[0].items() if title[-2:] != "_c"}
-    found = keypoints.read(write(tmp_path / "a.json", [dict.fromkeys(NAMED, 0.5) | axes] * 9))
-    np.testing.assert_allclose(found.points, [POINTS] * 9)
-    np.testing.assert_allclose(found.confidence, 0.5)
+    recording = keypoints.read(write(tmp_path / "a.json", [dict.fromkeys(NAMED, 0.5) | axes] * 9))
+    np.testing.assert_allclose(recording.points, [POINTS] * 9)
+    np.testing.assert_allclose(recording.confidence, 0.5)
 
 
 def test_what_stands_one_within_another_is_looked_at_once(tmp_path: Path) -> None:
@@ -321,8 +327,8 @@ def test_titles_that_mean_something_else_beside_others(header: str, tmp_path: Pa
     ]
     lines = [f"{header},hip_x,hip_y", *(",".join(map(str, [*row, 1, 2])) for row in rows)]
     (tmp_path / "a.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
-    found = keypoints.read(tmp_path / "a.csv")
-    assert (found.frame.tolist(), found.frame_rate_hz) == ([*range(9)], 25.0)
+    recording = keypoints.read(tmp_path / "a.csv")
+    assert (recording.frame.tolist(), recording.frame_rate_hz) == ([*range(9)], 25.0)
 
 
 @pytest.mark.parametrize("key", ["people", "tracks"])
@@ -331,11 +337,11 @@ def test_titles_that_mean_something_else_beside_others(header: str, tmp_path: Pa
 )
 def test_a_list_of_people_with_frames(key: str, who: list[dict[str, object]], tmp_path: Path) -> None:
     frames = [MARKS[:, [0, 1, 3]].tolist()] * 9
-    content = {"frameRate": 25, key: [one | {"frames": frames} for one in who]}
-    found = keypoints.read(write(tmp_path / "a.json", content))
-    assert found.frame.tolist() == np.repeat(range(9), 2).tolist()
-    assert found.identity.tolist() == ["1" if who[0] else "0", "2"] * 9
-    assert found.frame_rate_hz == 25.0
+    content = {"frameRate": 25, key: [first | {"frames": frames} for first in who]}
+    recording = keypoints.read(write(tmp_path / "a.json", content))
+    assert recording.frame.tolist() == np.repeat(range(9), 2).tolist()
+    assert recording.identity.tolist() == ["1" if who[0] else "0", "2"] * 9
+    assert recording.frame_rate_hz == 25.0
 
 
 def test_names_that_are_joined_are_no_person(tmp_path: Path) -> None:
@@ -347,15 +353,15 @@ def test_rate_and_size_within_a_json(tmp_path: Path) -> None:
     names = {f"p{k}": {"x": 0.1 * k, "y": 0.5, "visibility": 0.9} for k in range(17)}
     frames = [{"frame_idx": 0, "time_s": 0.0, "landmarks": names}, {"frame_idx": 1, "landmarks": {}}]
     meta = {"fps": 25.0, "width": 640, "height": 480, "n_frames": 2}
-    found = keypoints.read(write(tmp_path / "a.json", {"meta": meta, "subject": None, "frames": frames}))
-    assert (found.n_frames, found.frame_rate_hz, found.image_size) == (2, 25.0, (640, 480))
+    recording = keypoints.read(write(tmp_path / "a.json", {"meta": meta, "subject": None, "frames": frames}))
+    assert (recording.n_frames, recording.frame_rate_hz, recording.image_size) == (2, 25.0, (640, 480))
 
 
 def test_mediapipe_as_json(tmp_path: Path) -> None:
     marks = [{"x": 0.1 + 0.01 * k, "y": 0.5, "z": 0.0, "visibility": 0.9} for k in range(33)]
-    found = keypoints.read(write(tmp_path / "a.json", {"fps": 30, "frames": [{"landmarks": marks}, {}]}))
-    assert (found.format, found.n_frames, found.frame_rate_hz) == ("mediapipe", 2, 30.0)
-    assert found.names == keypoints.MEDIAPIPE
+    recording = keypoints.read(write(tmp_path / "a.json", {"fps": 30, "frames": [{"landmarks": marks}, {}]}))
+    assert (recording.format, recording.n_frames, recording.frame_rate_hz) == ("mediapipe", 2, 30.0)
+    assert recording.names == keypoints.MEDIAPIPE
 
 
 def test_wide_and_long_tables_say_the_same(tmp_path: Path) -> None:
@@ -364,11 +370,11 @@ def test_wide_and_long_tables_say_the_same(tmp_path: Path) -> None:
         "frame,left_knee_x,left_knee_y,left_knee_score\n0,1,2,0.5\n1,,,\n2,3,4,0.7\n", encoding="utf-8"
     )
     long.write_text("frame,keypoint,x,y,score\n0,left_knee,1,2,0.5\n2,left_knee,3,4,0.7\n", encoding="utf-8")
-    one, other = keypoints.read(wide), keypoints.read(long)
-    assert one.names == other.names == ("left_knee",)
-    assert one.frame.tolist() == other.frame.tolist() == [0, 2]
-    np.testing.assert_array_equal(one.points, other.points)
-    np.testing.assert_array_equal(one.confidence, other.confidence)
+    first, other = keypoints.read(wide), keypoints.read(long)
+    assert first.names == other.names == ("left_knee",)
+    assert first.frame.tolist() == other.frame.tolist() == [0, 2]
+    np.testing.assert_array_equal(first.points, other.points)
+    np.testing.assert_array_equal(first.confidence, other.confidence)
 
 
 @pytest.mark.parametrize("frame", ["frame_idx", "frame_no", "Frame Number", "Frame No."])
@@ -382,30 +388,39 @@ def test_a_table_with_a_box_around_the_person(frame: str, suffix: str, comma: st
     ]
     path = tmp_path / f"a.{suffix}"
     path.write_text("\n".join(rows).replace(",", comma), encoding="utf-8")
-    found = keypoints.read(path)
-    assert (found.names, found.frame.tolist(), *found.identity) == (("left_knee",), [3, 5], "a", "b")
-    np.testing.assert_array_equal(found.points[:, 0], [[1, 2], [3, 4]])
-    assert found.confidence.tolist() == [[0.5], [0.7]]
+    recording = keypoints.read(path)
+    assert (recording.names, recording.frame.tolist(), *recording.identity) == (
+        ("left_knee",),
+        [3, 5],
+        "a",
+        "b",
+    )
+    np.testing.assert_array_equal(recording.points[:, 0], [[1, 2], [3, 4]])
+    assert recording.confidence.tolist() == [[0.5], [0.7]]
 
 
 @pytest.mark.parametrize(("title", "second"), [("timestamp", 1), ("time_ms", 1000), ("t_us", 10**6)])
 def test_a_long_table_with_times_in_place_of_frames(tmp_path: Path, title: str, second: int) -> None:
     rows = [f"{t * second},{name},{x},2,0.5" for t, x in ((0.0, 1), (0.04, 3)) for name in ("hip", "knee")]
     (tmp_path / "a.csv").write_text("\n".join([f"{title},body_part,x,y,prob", *rows, ""]), encoding="utf-8")
-    found = keypoints.read(tmp_path / "a.csv")
-    assert (found.names, found.frame.tolist(), found.frame_rate_hz) == (("hip", "knee"), [0, 1], 25.0)
-    assert found.points[:, 1].tolist() == [[1, 2], [3, 2]]
+    recording = keypoints.read(tmp_path / "a.csv")
+    assert (recording.names, recording.frame.tolist(), recording.frame_rate_hz) == (
+        ("hip", "knee"),
+        [0, 1],
+        25.0,
+    )
+    assert recording.points[:, 1].tolist() == [[1, 2], [3, 2]]
 
 
 def test_rate_and_size_beside_a_table(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("left_knee_x,left_knee_y\n1,2\n3,4\n", encoding="utf-8")
     write(tmp_path / "a.json", {"fps": 25, "width": 640, "height": 480})
-    found = keypoints.read(tmp_path / "a.csv")
-    assert (found.frame_rate_hz, found.image_size) == (25.0, (640, 480))
+    recording = keypoints.read(tmp_path / "a.csv")
+    assert (recording.frame_rate_hz, recording.image_size) == (25.0, (640, 480))
     (tmp_path / "README.txt").write_text("of whom this is\n", encoding="utf-8")
     (tmp_path / "b.csv").mkdir()
     folder = keypoints.read(tmp_path)
-    assert (folder.frame_rate_hz, folder.points.tolist()) == (25.0, found.points.tolist())
+    assert (folder.frame_rate_hz, folder.points.tolist()) == (25.0, recording.points.tolist())
     assert folder.notes[0] == "Only a.csv in the folder is read; other files, without keypoints: a.json."
     (tmp_path / "a.csv").write_text("time,left_knee_x,left_knee_y\nat once,1,2\n,3,4\n", encoding="utf-8")
     assert keypoints.read(tmp_path / "a.csv").frame_rate_hz == 25.0  # times say nothing more
@@ -457,10 +472,10 @@ def test_gaps_in_time_are_missing_frames_and_uneven_times_are_places_between(
     kind: str, tmp_path: Path
 ) -> None:
     first = 7 if kind == "numbered" else 0
-    found = timed(kind, [0.0, 0.04, 0.08, 0.6, 0.64], tmp_path)
-    assert (found.frame_rate_hz, found.n_frames) == (25.0, 17 + first)
-    assert (found.frame - first).tolist() == [0, 1, 2, 15, 16]
-    assert found.notes == ("12 frames between the first and the last are missing or without people.",)
+    result = timed(kind, [0.0, 0.04, 0.08, 0.6, 0.64], tmp_path)
+    assert (result.frame_rate_hz, result.n_frames) == (25.0, 17 + first)
+    assert (result.frame - first).tolist() == [0, 1, 2, 15, 16]
+    assert result.notes == ("12 frames between the first and the last are missing or without people.",)
     uneven = timed(kind, [0.0, 0.04, 0.0704, 0.12, 0.52, 0.56], tmp_path)
     assert uneven.frame_rate_hz == 25.0
     np.testing.assert_allclose(uneven.frame - first, [0.0, 1.0, 1.76, 3.0, 13.0, 14.0])
@@ -471,18 +486,18 @@ def test_gaps_in_time_are_missing_frames_and_uneven_times_are_places_between(
 def test_the_rate_is_the_camera_s_though_frames_are_lost_and_times_jitter(kind: str, tmp_path: Path) -> None:
     generator = np.random.default_rng(4)
     at = np.flatnonzero(generator.random(200) > 0.3)
-    found = timed(kind, ((at + generator.uniform(-0.1, 0.1, len(at))) / 30.0).round(3).tolist(), tmp_path)
-    assert found.frame_rate_hz == pytest.approx(30.0, rel=0.01)
-    np.testing.assert_allclose(found.frame - found.frame[0], at - at[0], atol=0.6)
+    result = timed(kind, ((at + generator.uniform(-0.1, 0.1, len(at))) / 30.0).round(3).tolist(), tmp_path)
+    assert result.frame_rate_hz == pytest.approx(30.0, rel=0.01)
+    np.testing.assert_allclose(result.frame - result.frame[0], at - at[0], atol=0.6)
 
 
 @pytest.mark.parametrize("kind", ["wide", "numbered", "json"])
 def test_a_time_that_stands_twice_is_not_used(kind: str, tmp_path: Path) -> None:
     times = [k / 25 for k in range(40)]
     times[10] = times[9]
-    found = timed(kind, times, tmp_path)
-    assert (found.frame_rate_hz, np.diff(found.frame).tolist()) == (25.0, [1] * 39)
-    assert "1 times repeat those of the row before, the first in a." in found.notes[0]
+    result = timed(kind, times, tmp_path)
+    assert (result.frame_rate_hz, np.diff(result.frame).tolist()) == (25.0, [1] * 39)
+    assert "1 times repeat those of the row before, the first in a." in result.notes[0]
     times[20:24] = [times[19]] * 4
     with_rate = timed(kind, times, tmp_path, fps=30)
     assert with_rate.frame_rate_hz == 30.0
@@ -495,26 +510,26 @@ def test_a_time_that_stands_twice_is_not_used(kind: str, tmp_path: Path) -> None
 )
 def test_a_key_that_names_the_unit_of_times_is_believed(key: str, second: float, tmp_path: Path) -> None:
     rows = [{key: second * k / 1000.0, "keypoints": POINTS.tolist()} for k in range(9)]
-    found = keypoints.read(write(tmp_path / "a.json", rows))
-    assert (found.frame_rate_hz, found.frame.tolist(), found.notes) == (1000.0, [*range(9)], ())
+    recording = keypoints.read(write(tmp_path / "a.json", rows))
+    assert (recording.frame_rate_hz, recording.frame.tolist(), recording.notes) == (1000.0, [*range(9)], ())
 
 
 @pytest.mark.parametrize("kind", ["wide", "numbered", "json"])
 def test_frames_without_a_time_are_between_their_neighbours(kind: str, tmp_path: Path) -> None:
-    found = timed(kind, [np.nan, 0.04, 0.08, np.nan, 0.16, 0.2, np.nan], tmp_path)
-    assert (found.frame_rate_hz, set(np.diff(found.frame))) == (25.0, {1.0})
+    result = timed(kind, [np.nan, 0.04, 0.08, np.nan, 0.16, 0.2, np.nan], tmp_path)
+    assert (result.frame_rate_hz, set(np.diff(result.frame))) == (25.0, {1.0})
 
 
 @pytest.mark.parametrize("kind", ["wide", "numbered", "json"])
 def test_times_count_before_a_rate_that_is_declared_unless_they_are_none(kind: str, tmp_path: Path) -> None:
     assert timed(kind, [0.0, 0.0333, 0.0667, 0.1], tmp_path, fps=29.98).frame_rate_hz == 29.98
-    found = timed(kind, [0.0, 0.1, 0.2, 0.3], tmp_path, fps=30)  # every third frame
-    assert (found.frame_rate_hz, len(set(np.diff(found.frame)))) == (10.0, 1)
-    assert "The times give 10 frames per second, not the declared 30." in found.notes
+    result = timed(kind, [0.0, 0.1, 0.2, 0.3], tmp_path, fps=30)  # every third frame
+    assert (result.frame_rate_hz, len(set(np.diff(result.frame)))) == (10.0, 1)
+    assert "The times give 10 frames per second, not the declared 30." in result.notes
     for times in ([0.2, 0.1, 0.0], [0.0, 0.0, 0.1], [np.nan] * 3, ["a:b"] * 3):
-        found = timed(kind, times, tmp_path, fps=30)
-        assert (found.frame_rate_hz, np.diff(found.frame).tolist()) == (30.0, [1, 1])
-        assert any("times are ignored" in note for note in found.notes)
+        result = timed(kind, times, tmp_path, fps=30)
+        assert (result.frame_rate_hz, np.diff(result.frame).tolist()) == (30.0, [1, 1])
+        assert any("times are ignored" in note for note in result.notes)
 
 
 @pytest.mark.parametrize(
@@ -539,12 +554,12 @@ def test_tables_with_several_people(written: str, tmp_path: Path) -> None:
             ",".join([str(t), *["1,2,.9"] * 3, *(["1,2,.9"] * 3 if t == 0 else [",,"] * 3)]) for t in (0, 1)
         ]
     (tmp_path / "a.csv").write_text("\n".join([*lines, ""]), encoding="utf-8")
-    found = keypoints.read(tmp_path / "a.csv")
-    seen = np.isfinite(found.points).all(axis=(1, 2))
-    assert found.names == parts
-    assert found.frame[seen].tolist() == [0, 0, 1]
-    assert found.identity[seen].tolist() == ["person1", "person2", "person1"]
-    np.testing.assert_array_equal(found.points[seen], [[[1, 2]] * 3] * 3)
+    recording = keypoints.read(tmp_path / "a.csv")
+    observed = np.isfinite(recording.points).all(axis=(1, 2))
+    assert recording.names == parts
+    assert recording.frame[observed].tolist() == [0, 0, 1]
+    assert recording.identity[observed].tolist() == ["person1", "person2", "person1"]
+    np.testing.assert_array_equal(recording.points[observed], [[[1, 2]] * 3] * 3)
 
 
 PEOPLE = {
@@ -564,21 +579,21 @@ PEOPLE = {
 def test_a_json_may_begin_with_people(written: str, people: list[str], tmp_path: Path) -> None:
     frames = [MARKS[:, [0, 1, 3]].tolist()] * 9
     content = {"fps": 25, "edges": [[0, 1], [1, 2]], "keypoints_3d": [MARKS[:, :3].tolist()] * 9}
-    found = keypoints.read(
+    recording = keypoints.read(
         write(tmp_path / "a.json", content | dict.fromkeys(people, PEOPLE[written](frames)))
     )
     first = int(written == "from the second frame on")
-    assert found.frame.tolist() == np.repeat(range(first, 9), len(people)).tolist()
-    assert found.identity.tolist() == people * (9 - first)
-    np.testing.assert_allclose(found.points, [POINTS] * len(found.frame))
-    assert (found.frame_rate_hz, found.names) == (25.0, tuple(NAMED) if written == "named" else ())
+    assert recording.frame.tolist() == np.repeat(range(first, 9), len(people)).tolist()
+    assert recording.identity.tolist() == people * (9 - first)
+    np.testing.assert_allclose(recording.points, [POINTS] * len(recording.frame))
+    assert (recording.frame_rate_hz, recording.names) == (25.0, tuple(NAMED) if written == "named" else ())
 
 
 @pytest.mark.parametrize("kind", ["csv", "json"])
 def test_people_may_have_names_without_a_number(kind: str, tmp_path: Path) -> None:
     if kind == "json":
         frame = {who: MARKS[:, [0, 1, 3]].tolist() for who in ("bob", "anna")}
-        found = keypoints.read(write(tmp_path / "a.json", {"fps": 30, "frames": [frame] * 2}))
+        recording = keypoints.read(write(tmp_path / "a.json", {"fps": 30, "frames": [frame] * 2}))
     else:
         titles = [
             f"{who}_{part}_{axis}"
@@ -587,9 +602,9 @@ def test_people_may_have_names_without_a_number(kind: str, tmp_path: Path) -> No
             for axis in "xy"
         ]
         (tmp_path / "a.csv").write_text(f"{','.join(titles)}\n" + "1,2,3,4,5,6,7,8\n" * 2, encoding="utf-8")
-        found = keypoints.read(tmp_path / "a.csv")
-        assert found.names == ("left_knee", "right_knee")
-    assert (found.frame.tolist(), found.identity.tolist()) == ([0, 0, 1, 1], ["bob", "anna"] * 2)
+        recording = keypoints.read(tmp_path / "a.csv")
+        assert recording.names == ("left_knee", "right_knee")
+    assert (recording.frame.tolist(), recording.identity.tolist()) == ([0, 0, 1, 1], ["bob", "anna"] * 2)
 
 
 @pytest.mark.parametrize(
@@ -616,10 +631,10 @@ def test_raw_and_smoothed_points_are_one_person_s(
         ]
         rows = ["1,2,1,2,3,4,3,4\n"] * 2
     (tmp_path / "a.csv").write_text(",".join(titles) + "\n" + "".join(rows), encoding="utf-8")
-    found = keypoints.read(tmp_path / "a.csv")
-    assert (found.names, found.identity.tolist()) == (tuple(parts), ["", ""])
-    np.testing.assert_array_equal(found.points, [[[1, 2]] * 2] * 2)
-    assert found.notes[0].startswith("Raw columns with a smoothed or filtered copy are not read: ")
+    recording = keypoints.read(tmp_path / "a.csv")
+    assert (recording.names, recording.identity.tolist()) == (tuple(parts), ["", ""])
+    np.testing.assert_array_equal(recording.points, [[[1, 2]] * 2] * 2)
+    assert recording.notes[0].startswith("Raw columns with a smoothed or filtered copy are not read: ")
 
 
 @pytest.mark.parametrize(
@@ -644,8 +659,8 @@ def test_sides_and_joints_are_no_people(names: str, tmp_path: Path) -> None:
 def test_people_one_below_the_other_in_a_long_table_are_told_apart(tmp_path: Path) -> None:
     lines = [f"{t},{part},{who},7" for t in (0, 1) for who in (1, 2) for part in ("hip", "knee")]
     (tmp_path / "a.csv").write_text("\n".join(["frame,keypoint,x,y", *lines, ""]), encoding="utf-8")
-    found = keypoints.read(tmp_path / "a.csv")
-    assert (found.frame.tolist(), found.points[:, 1, 0].tolist()) == ([0, 0, 1, 1], [1, 2, 1, 2])
+    recording = keypoints.read(tmp_path / "a.csv")
+    assert (recording.frame.tolist(), recording.points[:, 1, 0].tolist()) == ([0, 0, 1, 1], [1, 2, 1, 2])
 
 
 @pytest.mark.parametrize(
@@ -656,10 +671,10 @@ def test_cells_that_hold_a_point(cell: str, tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text(
         "frame,nose,left_knee,bbox\n" + "".join(rows) + "2,,,\n" * ("," in cell), encoding="utf-8"
     )
-    found = keypoints.read(tmp_path / "a.csv")
-    assert (found.names, found.frame.tolist()) == (("nose", "left_knee"), [0, 1])
-    np.testing.assert_array_equal(found.points, [[[1.5, 2], [-3, 0.4]]] * 2)
-    assert set(found.confidence.ravel().tolist()) == {0.5 if "0.5" in cell else 1.0}
+    recording = keypoints.read(tmp_path / "a.csv")
+    assert (recording.names, recording.frame.tolist()) == (("nose", "left_knee"), [0, 1])
+    np.testing.assert_array_equal(recording.points, [[[1.5, 2], [-3, 0.4]]] * 2)
+    assert set(recording.confidence.ravel().tolist()) == {0.5 if "0.5" in cell else 1.0}
 
 
 @pytest.mark.parametrize(("titles", "noted"), [("x y z", True), ("x y z visibility", False), ("x y", False)])
@@ -679,8 +694,8 @@ def test_names_of_people_that_have_other_points_are_names(tmp_path: Path) -> Non
 
 def test_names_that_are_not_as_many_as_the_points_are_none(tmp_path: Path) -> None:
     frames = [{"0": MARKS[:, [1, 0, 3]].tolist()}] * 2
-    found = keypoints.read(write(tmp_path / "a.json", {"keypoints": frames, "skeleton": {"0": "nose"}}))
-    assert (found.names, found.identity.tolist()) == ((), ["0", "0"])
+    recording = keypoints.read(write(tmp_path / "a.json", {"keypoints": frames, "skeleton": {"0": "nose"}}))
+    assert (recording.names, recording.identity.tolist()) == ((), ["0", "0"])
 
 
 def test_all_frames_of_a_person_in_one_are_no_crowd(tmp_path: Path) -> None:
@@ -696,9 +711,9 @@ def test_trc_in_pixels_and_no_other(tmp_path: Path) -> None:
     )
     path = tmp_path / "a.trc"
     path.write_text(head.format(unit="px"), encoding="utf-8")
-    found = keypoints.read(path)
-    assert (found.names, found.frame_rate_hz, found.n_frames) == (("LKnee",), 30.0, 2)
-    assert found.points[:, 0].tolist() == [[5.0, 6.0], [7.0, 8.0]]
+    recording = keypoints.read(path)
+    assert (recording.names, recording.frame_rate_hz, recording.n_frames) == (("LKnee",), 30.0, 2)
+    assert recording.points[:, 0].tolist() == [[5.0, 6.0], [7.0, 8.0]]
     path.write_text(head.format(unit="m"), encoding="utf-8")
     with rejects("not_pixels", unit="m"):
         keypoints.read(path)
@@ -711,15 +726,19 @@ def test_trc_in_pixels_whose_rows_are_two_frames_apart(tmp_path: Path) -> None:
     )
     path = tmp_path / "a.trc"
     path.write_text(head + "".join(f"{2 * k}\t{k / 30}\t{k}\t6\t0\n" for k in range(20)), encoding="utf-8")
-    found = keypoints.read(path)
-    assert (found.frame_rate_hz, found.n_frames, found.frame.tolist()) == (30.0, 20, list(range(20)))
-    assert found.notes == (
+    recording = keypoints.read(path)
+    assert (recording.frame_rate_hz, recording.n_frames, recording.frame.tolist()) == (
+        30.0,
+        20,
+        list(range(20)),
+    )
+    assert recording.notes == (
         "All rows are 2 frames apart: their rate of 30 Hz is used instead of 60 Hz from the header or the option.",
     )
     path.write_text(head + "1\t0.1\t5\t6\t0\n2\t0.1\t7\t8\t0\n", encoding="utf-8")
-    found = keypoints.read(path)
-    assert (found.frame_rate_hz, found.n_frames) == (60.0, 2)
-    assert any(note.startswith("The times are ignored: a.trc, line 7: ") for note in found.notes)
+    recording = keypoints.read(path)
+    assert (recording.frame_rate_hz, recording.n_frames) == (60.0, 2)
+    assert any(note.startswith("The times are ignored: a.trc, line 7: ") for note in recording.notes)
 
 
 @pytest.mark.parametrize("people", [1, 2])
@@ -735,12 +754,12 @@ def test_a_table_whose_last_frame_is_cut(tmp_path: Path, people: int) -> None:
     path.write_text(whole, encoding="utf-8")
     assert keypoints.read(path).notes == ()
     path.write_text(whole.removesuffix("".join(rows[-3:])), encoding="utf-8")
-    found = keypoints.read(path)
+    recording = keypoints.read(path)
     rest, every = 4 * people - 3, 4 * people
-    assert found.notes == (
+    assert recording.notes == (
         f"The last frame has {rest} rows, every other {every} or more: the file may be cut off.",
     )
-    assert found.n_frames == 6
+    assert recording.n_frames == 6
 
 
 @pytest.mark.parametrize(
@@ -752,19 +771,19 @@ def test_a_film_has_the_frames_that_are_stated_or_that_hold_people(
 ) -> None:
     rows = [(frame, "", np.column_stack([POINTS, np.ones(17)])) for frame in frames]
     unseen = (7.0, "", np.zeros((17, 3)))  # a row without a keypoint is a frame, too
-    found = detections("csv", "a.csv", rows, stated)
-    assert (found.n_frames, found.frame.tolist()) == (expected, frames)
-    found = detections("csv", "a.csv", [*rows, unseen], stated)
-    assert (found.n_frames, found.frame.tolist()) == (max(expected, 8), frames)
+    result = detections("csv", "a.csv", rows, stated)
+    assert (result.n_frames, result.frame.tolist()) == (expected, frames)
+    result = detections("csv", "a.csv", [*rows, unseen], stated)
+    assert (result.n_frames, result.frame.tolist()) == (max(expected, 8), frames)
 
 
 def test_an_array(tmp_path: Path) -> None:
     walk, path = np.stack([POINTS, POINTS + 1, POINTS + 2]), tmp_path / "a.npy"
     for array, people in ((walk, 1), (walk[None], 1), (walk[:, None], 1), (np.stack([walk, walk + 300]), 2)):
         np.save(path, array, allow_pickle=False)
-        found = keypoints.read(path)
-        assert (found.n_frames, found.frame.tolist()) == (3, np.repeat(range(3), people).tolist())
-        np.testing.assert_array_equal(found.points[::people], walk)
+        recording = keypoints.read(path)
+        assert (recording.n_frames, recording.frame.tolist()) == (3, np.repeat(range(3), people).tolist())
+        np.testing.assert_array_equal(recording.points[::people], walk)
     for array in (POINTS, walk.swapaxes(1, 2)):
         np.save(path, array, allow_pickle=False)
         with rejects("not_one_array"):
@@ -782,9 +801,13 @@ def test_arrays_with_their_names_and_rate(tmp_path: Path) -> None:
         width=640,
         height=480,
     )
-    found = keypoints.read(path)
-    assert (found.frame_rate_hz, found.image_size, found.names) == (30.0, (640, 480), tuple(NAMED))
-    np.testing.assert_array_equal(found.confidence, sure)
+    recording = keypoints.read(path)
+    assert (recording.frame_rate_hz, recording.image_size, recording.names) == (
+        30.0,
+        (640, 480),
+        tuple(NAMED),
+    )
+    np.testing.assert_array_equal(recording.confidence, sure)
 
 
 @pytest.mark.parametrize("written", ["{} ({})", "{}_{}_px", "{1}_{0}", "{}{}", "{} {} [pixels]"])
@@ -793,10 +816,10 @@ def test_columns_of_a_table_by_whatever_titles(written: str, tmp_path: Path) -> 
     (tmp_path / "a.csv").write_text(
         f"frame,{','.join(titles)}\n0,1,2,.5,3,4,.5\n1,1,2,,3,4,.5\n", encoding="utf-8"
     )
-    found = keypoints.read(tmp_path / "a.csv")
-    assert found.names == ("left_knee", "nose")
-    np.testing.assert_array_equal(found.points[0], [[1, 2], [3, 4]])
-    np.testing.assert_array_equal(found.confidence, [[0.5, 0.5], [0, 0.5]])
+    recording = keypoints.read(tmp_path / "a.csv")
+    assert recording.names == ("left_knee", "nose")
+    np.testing.assert_array_equal(recording.points[0], [[1, 2], [3, 4]])
+    np.testing.assert_array_equal(recording.confidence, [[0.5, 0.5], [0, 0.5]])
 
 
 @pytest.mark.parametrize("nothing", ["", "0"])
@@ -805,9 +828,9 @@ def test_a_confidence_that_was_never_written_is_not_given(nothing: str, tmp_path
     (tmp_path / "a.csv").write_text(
         f"frame,left_knee_x,left_knee_y,left_knee_score\n{rows}", encoding="utf-8"
     )
-    found = keypoints.read(tmp_path / "a.csv")
-    assert found.confidence.tolist() == [[1.0], [1.0]]
-    assert "The confidence is empty or 0 throughout, and is ignored." in found.notes
+    recording = keypoints.read(tmp_path / "a.csv")
+    assert recording.confidence.tolist() == [[1.0], [1.0]]
+    assert "The confidence is empty or 0 throughout, and is ignored." in recording.notes
 
 
 @pytest.mark.parametrize("title", ["frame", "image", "Frame ID"])
@@ -815,17 +838,17 @@ def test_a_confidence_that_was_never_written_is_not_given(nothing: str, tmp_path
 def test_frames_may_be_numbered_by_names_of_images(title: str, name: str, tmp_path: Path) -> None:
     rows = [f"{name.format(frame)},1,2\n" for frame in (12, 14, 15)]
     (tmp_path / "a.csv").write_text(f"{title},left_knee_x,left_knee_y\n{''.join(rows)}", encoding="utf-8")
-    found = keypoints.read(tmp_path / "a.csv")
-    assert (found.frame.tolist(), found.n_frames) == ([0, 2, 3], 4)
+    recording = keypoints.read(tmp_path / "a.csv")
+    assert (recording.frame.tolist(), recording.n_frames) == ([0, 2, 3], 4)
 
 
 def test_pixels_with_their_unit_and_titles_again(tmp_path: Path) -> None:
     title = "frame,left_knee_x,left_knee_y\n"
     text = f"{title}0,312.0px,1px\n1,missing,3\n{title}2,5 px,7px\n3,#REF!,\n"
     (tmp_path / "a.csv").write_text(text, encoding="utf-8")
-    found = keypoints.read(tmp_path / "a.csv")
-    assert (found.frame.tolist(), found.points[:, 0].tolist()) == ([0, 2], [[312, 1], [5, 7]])
-    assert found.notes[0] == "The titles are repeated below: does the file contain several tables?"
+    recording = keypoints.read(tmp_path / "a.csv")
+    assert (recording.frame.tolist(), recording.points[:, 0].tolist()) == ([0, 2], [[312, 1], [5, 7]])
+    assert recording.notes[0] == "The titles are repeated below: does the file contain several tables?"
 
 
 def test_a_folder_of_several_tables_is_refused(tmp_path: Path) -> None:
@@ -837,9 +860,9 @@ def test_a_folder_of_several_tables_is_refused(tmp_path: Path) -> None:
 
 def test_depths_are_no_confidence(tmp_path: Path) -> None:
     write(tmp_path / "a.json", [{"frame": k, "landmarks": MARKS[:, :3].tolist()} for k in (0, 1)])
-    found = keypoints.read(tmp_path / "a.json")
-    assert (found.confidence == 1).all()
-    assert any("depths, not confidences" in note for note in found.notes)
+    recording = keypoints.read(tmp_path / "a.json")
+    assert (recording.confidence == 1).all()
+    assert any("depths, not confidences" in note for note in recording.notes)
 
 
 @pytest.mark.parametrize("objects", [False, True])
@@ -847,9 +870,9 @@ def test_points_in_3d_are_remarked_on(objects: bool, tmp_path: Path) -> None:
     """Millimetres from a depth camera."""
     marks = [[x, y, 2000.0 + k] for k, (x, y) in enumerate(POINTS.tolist())]
     points = [dict(zip("xyz", mark, strict=True)) for mark in marks] if objects else marks
-    found = keypoints.read(write(tmp_path / "a.json", [{"frame": k, "joints": points} for k in (0, 1)]))
-    assert (found.confidence == 1).all()
-    assert any("they are not keypoints of a film: see `inspect`" in note for note in found.notes)
+    recording = keypoints.read(write(tmp_path / "a.json", [{"frame": k, "joints": points} for k in (0, 1)]))
+    assert (recording.confidence == 1).all()
+    assert any("they are not keypoints of a film: see `inspect`" in note for note in recording.notes)
 
 
 @pytest.mark.parametrize("missing", [(0.0, 0.0, 0.9), (-1.0, -1.0, 0.9), (5.0, 5.0, 0.0), (np.nan, 1.0, 1.0)])
@@ -857,10 +880,10 @@ def test_what_is_missing_is_nan(missing: tuple[float, float, float], tmp_path: P
     values = np.array(flat()).reshape(-1, 3)
     values[3] = missing
     row = {"image_id": "1.jpg", "keypoints": np.where(np.isnan(values), None, values).ravel().tolist()}
-    found = keypoints.read(write(tmp_path / "a.json", [row]))
-    assert np.isnan(found.points[0, 3]).all()
-    assert found.confidence[0, 3] == 0
-    assert np.isfinite(found.points[0, [2, 4]]).all()
+    recording = keypoints.read(write(tmp_path / "a.json", [row]))
+    assert np.isnan(recording.points[0, 3]).all()
+    assert recording.confidence[0, 3] == 0
+    assert np.isfinite(recording.points[0, [2, 4]]).all()
 
 
 @pytest.mark.parametrize(
@@ -927,11 +950,11 @@ def test_gaps_may_be_written_as_a_number_that_is_no_place(tmp_path: Path, number
     walk[1, 9] = walk[2, 9] = walk[3] = number
     walk[0, 2] = walk[1, 2] = 20.0  # a place again and again
     np.save(tmp_path / "a.npy", walk, allow_pickle=False)
-    found = keypoints.read(tmp_path / "a.npy")
-    assert np.argwhere(np.isnan(found.points[:3, :, 0])).tolist() == [[1, 9], [2, 9]]
-    assert np.isnan(found.points[3:]).all()
-    assert (found.confidence[3:] == 0).all()
-    assert f"19 keypoints are {number:.6g} in both coordinates and count as missing." in found.notes
+    recording = keypoints.read(tmp_path / "a.npy")
+    assert np.argwhere(np.isnan(recording.points[:3, :, 0])).tolist() == [[1, 9], [2, 9]]
+    assert np.isnan(recording.points[3:]).all()
+    assert (recording.confidence[3:] == 0).all()
+    assert f"19 keypoints are {number:.6g} in both coordinates and count as missing." in recording.notes
 
 
 def test_people_of_one_time_without_a_frames_number_are_in_one_frame(tmp_path: Path) -> None:
@@ -942,9 +965,9 @@ def test_people_of_one_time_without_a_frames_number_are_in_one_frame(tmp_path: P
         for who in ("1", "2")
     ]
     (tmp_path / "walk.json").write_text(json.dumps(items))
-    found = keypoints.read(tmp_path / "walk.json")
-    assert found.frame.tolist() == np.repeat(np.arange(20), 2).tolist()
-    assert found.frame_rate_hz == pytest.approx(30.0, rel=1e-3)
+    recording = keypoints.read(tmp_path / "walk.json")
+    assert recording.frame.tolist() == np.repeat(np.arange(20), 2).tolist()
+    assert recording.frame_rate_hz == pytest.approx(30.0, rel=1e-3)
 
 
 def test_a_crowd_in_every_frame_is_not_taken_for_people_with_their_frames(tmp_path: Path) -> None:

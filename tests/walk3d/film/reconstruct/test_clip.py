@@ -81,20 +81,20 @@ def test_knees_that_bend_the_wrong_way_make_a_walk_doubtful(backwards: bool, tmp
 
 
 def test_two_people_and_another_video_behind(model: Path, tmp_path: Path) -> None:
-    one = in_layout(clip(90.0, ERROR), "coco17")
-    other = one[: len(one) // 2] + np.array([600.0, 40.0, 0.0]) * (one[: len(one) // 2, :, 2:] > 0)
-    rows = [{"image_id": f"{t}.jpg", "keypoints": v.ravel().tolist(), "idx": 1} for t, v in enumerate(one)]
+    first = in_layout(clip(90.0, ERROR), "coco17")
+    other = first[: len(first) // 2] + np.array([600.0, 40.0, 0.0]) * (first[: len(first) // 2, :, 2:] > 0)
+    rows = [{"image_id": f"{t}.jpg", "keypoints": v.ravel().tolist(), "idx": 1} for t, v in enumerate(first)]
     rows += [{"image_id": f"{t}.jpg", "keypoints": v.ravel().tolist(), "idx": 2} for t, v in enumerate(other)]
-    later = one[:20] + np.array([400.0, 0.0, 0.0]) * (one[:20, :, 2:] > 0)
+    later = first[:20] + np.array([400.0, 0.0, 0.0]) * (first[:20, :, 2:] > 0)
     rows += [
-        {"image_id": f"{len(one) + t}.jpg", "keypoints": v.ravel().tolist(), "idx": 1}
+        {"image_id": f"{len(first) + t}.jpg", "keypoints": v.ravel().tolist(), "idx": 1}
         for t, v in enumerate(later)
     ]
     path = tmp_path / "a.json"
     path.write_text(json.dumps(rows), encoding="utf-8")
     walk = reconstruct_clip(given(path, focal_px=clip(90.0, ERROR).focal_px), model)
-    assert len(walk.track.rows) == len(one)
-    assert walk.track.frame[-1] == len(one) - 1
+    assert len(walk.track.rows) == len(first)
+    assert walk.track.frame[-1] == len(first) - 1
     assert any("Tracks of other people were ignored" in note for note in walk.notes)
     assert len(reconstruct_clip(given(path, person="2"), model).track.rows) == len(other)
     with rejects("unknown_person", "input.person"):
@@ -110,8 +110,8 @@ def test_who_is_not_seen_for_a_while_is_the_same_person(
     sim = simulate_keypoints(np.random.default_rng(0), positions, RATE, filming, ERROR)
     values, frames = in_layout(sim, "coco17"), len(sim.pixels)
     first = frames // 3
-    seen = [t for t in range(frames) if not first <= t < first + unseen]
-    rows = [{"image_id": f"{t}.jpg", "keypoints": values[t].ravel().tolist()} for t in seen]
+    observed = [t for t in range(frames) if not first <= t < first + unseen]
+    rows = [{"image_id": f"{t}.jpg", "keypoints": values[t].ravel().tolist()} for t in observed]
     path = tmp_path / "a.json"
     path.write_text(json.dumps(rows), encoding="utf-8")
     walk = reconstruct_clip(given(path, focal_px=sim.focal_px), model)
@@ -128,7 +128,7 @@ def test_who_is_not_seen_for_a_while_is_the_same_person(
     assert any(note.startswith(sentence) for note in walk.notes)
     whole = reconstruct_clip(given(alphapose(tmp_path / "b.json", values), focal_px=sim.focal_px), model)
     assert whole.best.walks
-    both = [one.best.fitted.posterior.positions_mm for one in (walk, whole)]
+    both = [single.best.fitted.posterior.positions_mm for single in (walk, whole)]
     assert both[0].shape == both[1].shape == (frames, 15, 3)
     assert errors.mean_distance_mm(*both) < 5.0
 
@@ -150,12 +150,14 @@ def test_metres_of_a_body_are_no_shares_of_the_image(
     above: float, down: float, model: Path, tmp_path: Path
 ) -> None:
     values = in_layout(clip(45.0, ERROR), "coco17")
-    seen = values[..., 2] > 0
-    ankles = values[seen][:, 1].max()
+    observed = values[..., 2] > 0
+    ankles = values[observed][:, 1].max()
     values[..., :2] = (values[..., :2] - [SIZE[0] / 2, ankles]) / 350.0 + [0.0, above]
     values[..., 1] *= down  # heads at -1.6 above the feet, or rows upwards from the floor
     with rejects("not_in_image"):
-        reconstruct_clip(given(alphapose(tmp_path / "a.json", np.where(seen[..., None], values, 0.0))), model)
+        reconstruct_clip(
+            given(alphapose(tmp_path / "a.json", np.where(observed[..., None], values, 0.0))), model
+        )
 
 
 def test_rows_counted_upwards_are_turned(model: Path, tmp_path: Path) -> None:
@@ -179,9 +181,9 @@ def test_other_coordinates_are_the_same_pixels(
     turned: Callable[[np.ndarray], np.ndarray], size: tuple[int, int], note: str
 ) -> None:
     pixels, notes = clip(45.0, ERROR).pixels + np.array(SIZE) / 2.0, list[str]()
-    found, _ = in_pixels(turned(pixels), size, notes)
-    np.testing.assert_allclose(found, pixels)
-    assert any(note in said for said in notes)
+    result, _ = in_pixels(turned(pixels), size, notes)
+    np.testing.assert_allclose(result, pixels)
+    assert any(note in message for message in notes)
 
 
 def test_points_about_the_hips_are_refused() -> None:
@@ -229,10 +231,10 @@ def test_an_unknown_rate_is_asked_for_and_a_wrong_one_remarked_on(model: Path, t
     assert notes == ["The file says 25 frames per second; 25.03 was given and is used."]
     # At half the rate it is a slow walk, whose times and speeds depend on the rate.
     half = given(path, frame_rate_hz=15.0, focal_px=sim.focal_px)
-    found = summarise(reconstruct_clip(half, model))
-    assert found["verdict"] == "doubtful"
-    assert "or the frame rate is wrong" in found["why"][0]
-    assert found["usable"] == ["Usable: heading; cadence, times and speeds are wrong if the frame rate is."]
+    result = summarise(reconstruct_clip(half, model))
+    assert result["verdict"] == "doubtful"
+    assert "or the frame rate is wrong" in result["why"][0]
+    assert result["usable"] == ["Usable: heading; cadence, times and speeds are wrong if the frame rate is."]
 
 
 def test_what_is_remarked_on_times_is_given_where_the_rate_is_unknown(tmp_path: Path) -> None:
@@ -247,8 +249,8 @@ def test_what_is_remarked_on_times_is_given_where_the_rate_is_unknown(tmp_path: 
 def test_times_that_are_not_used_leave_a_remark_with_a_code(times: str, tmp_path: Path) -> None:
     rows = "".join(f"{k},{t},1,{k}\n" for k, t in enumerate(times.split(",")))
     (tmp_path / "a.csv").write_text("frame,time,left_knee_x,left_knee_y\n" + rows, encoding="utf-8")
-    found = keypoints.read(tmp_path / "a.csv")
-    (remark,) = remarks_of("times", found.notes)
+    recording = keypoints.read(tmp_path / "a.csv")
+    (remark,) = remarks_of("times", recording.notes)
     with rejects("unknown_rate") as caught:
         reconstruct_clip(Input(path=str(tmp_path / "a.csv")))
     assert caught.value.received == remark
@@ -298,15 +300,15 @@ def test_an_assumed_focal_length_widens_the_view_of_who_is_off_the_middle(
 ) -> None:
     sim = clip(90.0, ERROR)
     path = alphapose(tmp_path / "a.json", in_layout(sim, "coco17"))
-    known = reconstruct_clip(given(path, focal_px=sim.focal_px), model)
-    assumed = replace(known, focal_known=False)  # as of a camera that follows, whose focal length is held
-    assert known.best.reconstruction is not None
-    off = off_middle_rad(known.best.reconstruction)
-    across = np.nanmean(known.best.pixels[..., 0], axis=1) / sim.focal_px
+    finite = reconstruct_clip(given(path, focal_px=sim.focal_px), model)
+    assumed = replace(finite, focal_known=False)  # as of a camera that follows, whose focal length is held
+    assert finite.best.reconstruction is not None
+    off = off_middle_rad(finite.best.reconstruction)
+    across = np.nanmean(finite.best.pixels[..., 0], axis=1) / sim.focal_px
     assert off == pytest.approx(np.sqrt(np.mean(np.arctan(across) ** 2)), rel=0.05)
     widened = (
-        view_sd_rad(assumed, known.best.reconstruction) ** 2
-        - view_sd_rad(known, known.best.reconstruction) ** 2
+        view_sd_rad(assumed, finite.best.reconstruction) ** 2
+        - view_sd_rad(finite, finite.best.reconstruction) ** 2
     )
     assert np.sqrt(widened) == pytest.approx(FOCAL_SD * off)
 
@@ -316,10 +318,10 @@ def test_an_unknown_focal_length_is_found_with_the_walk(model: Path, tmp_path: P
     walk = reconstruct_clip(given(alphapose(tmp_path / "a.json", in_layout(sim, "coco17"))), model)
     assert walk.best.reconstruction is not None
     assert walk.best.reconstruction.focal_px != walk.focal_px
-    said = summarise(walk)
-    assert said["focal_px"] == pytest.approx(walk.best.reconstruction.focal_px, abs=0.1)
-    assert not said["recognised"]["focal_known"]
-    assert said["view_angle_deg"]["heading_deg"] == pytest.approx(60.0, abs=12.0)
+    message = summarise(walk)
+    assert message["focal_px"] == pytest.approx(walk.best.reconstruction.focal_px, abs=0.1)
+    assert not message["recognised"]["focal_known"]
+    assert message["view_angle_deg"]["heading_deg"] == pytest.approx(60.0, abs=12.0)
 
 
 def test_linear_algebra_has_one_thread_while_it_reconstructs(
@@ -416,11 +418,11 @@ def test_uneven_times_are_resampled_track_by_track(model: Path, tmp_path: Path) 
     whole = reconstruct_clip(given(alphapose(tmp_path / "a.json", even), focal_px=sim.focal_px), model)
     assert any("not evenly spaced" in note for note in walk.notes)
     assert walk.best.judgement.verdict == whole.best.judgement.verdict
-    found, wanted = walk.best.reconstruction, whole.best.reconstruction
-    assert found is not None
-    assert wanted is not None
-    assert found.candidates[0].frequency_hz == pytest.approx(wanted.candidates[0].frequency_hz, rel=0.01)
-    assert found.candidates[0].heading_rad == pytest.approx(wanted.candidates[0].heading_rad, abs=0.2)
+    result, target = walk.best.reconstruction, whole.best.reconstruction
+    assert result is not None
+    assert target is not None
+    assert result.candidates[0].frequency_hz == pytest.approx(target.candidates[0].frequency_hz, rel=0.01)
+    assert result.candidates[0].heading_rad == pytest.approx(target.candidates[0].heading_rad, abs=0.2)
     few = path.with_name("few.json")
     few.write_text(json.dumps(rows[:1] + [row | {"people": []} for row in rows[1:]]), encoding="utf-8")
     few_walk = reconstruct_clip(given(few, frame_rate_hz=0.0), model)
@@ -458,20 +460,20 @@ def test_layouts_are_recognised_by_number_and_place(layout: str, longer: int) ->
     K = points.shape[1]
     if longer and layouts.PREFIX_POINTS.get(K + longer) != K:
         return
-    found, order, why = layouts.recognise(
+    result, order, why = layouts.recognise(
         replace(whole, points=np.pad(points, ((0, 0), (0, longer), (0, 0)), mode="edge"))
     )
-    assert found.name == layout
-    assert order.tolist() == list(range(len(found.points)))
+    assert result.name == layout
+    assert order.tolist() == list(range(len(result.points)))
     assert layout in why
 
 
 @pytest.mark.parametrize("other", sorted(layouts.layouts()))
 def test_no_layout_is_read_as_another_of_its_number(other: str) -> None:
-    known = layouts.layouts()
-    for name in known:
-        if name != other and len(known[name].points) == len(known[other].points):
-            assert layouts._upright(known[other], _numbered(name).points) < 0.7
+    finite = layouts.layouts()
+    for name in finite:
+        if name != other and len(finite[name].points) == len(finite[other].points):
+            assert layouts._upright(finite[other], _numbered(name).points) < 0.7
 
 
 @pytest.mark.parametrize(
@@ -484,9 +486,9 @@ def test_no_layout_is_read_as_another_of_its_number(other: str) -> None:
 )
 def test_an_order_that_is_not_clear_names_its_layouts(count: int, names: str) -> None:
     points = np.random.default_rng(1).uniform(0.0, 900.0, (60, count, 3))
-    found = detections("npy", "a.npy", [(t, "", frame) for t, frame in enumerate(points)], 60)
+    result = detections("npy", "a.npy", [(t, "", frame) for t, frame in enumerate(points)], 60)
     with rejects("unclear_layout", layouts=names.split(" or ")):
-        layouts.recognise(found)
+        layouts.recognise(result)
 
 
 @pytest.mark.parametrize(
@@ -506,24 +508,24 @@ def test_an_order_that_is_not_clear_names_its_layouts(count: int, names: str) ->
 def test_layouts_are_recognised_by_their_names(layout: str, written: Callable[[str], str]) -> None:
     points = layouts.layouts()[layout].points
     names = tuple(written(name) if name.startswith(("left_", "right_")) else name for name in points)
-    found, order, _ = layouts.recognise(replace(_numbered(layout), names=names))
-    assert (found.name, order.tolist()) == (layout, list(range(len(points))))
+    result, order, _ = layouts.recognise(replace(_numbered(layout), names=names))
+    assert (result.name, order.tolist()) == (layout, list(range(len(points))))
 
 
 def test_points_in_an_order_that_is_not_known_are_refused() -> None:
-    found = _numbered("walker15")
-    found = replace(found, points=np.roll(found.points, 7, axis=1))
+    result = _numbered("walker15")
+    result = replace(result, points=np.roll(result.points, 7, axis=1))
     with rejects("unclear_layout", layouts=["mpi15", "posetrack15", "walker15"]):
-        layouts.recognise(found)
-    assert layouts.recognise(found, "walker15")[0].name == "walker15"
+        layouts.recognise(result)
+    assert layouts.recognise(result, "walker15")[0].name == "walker15"
 
 
 def test_an_unknown_number_of_points_is_refused() -> None:
-    found = detections("npy", "a.npy", [(0, "", np.arange(36.0).reshape(12, 3))], 1)
+    result = detections("npy", "a.npy", [(0, "", np.arange(36.0).reshape(12, 3))], 1)
     with rejects("unknown_layout", count=12):
-        layouts.recognise(found)
+        layouts.recognise(result)
     with rejects("unknown_choice", "input.layout", value="coco12"):
-        layouts.recognise(found, "coco12")
+        layouts.recognise(result, "coco12")
 
 
 @pytest.mark.parametrize("written", [str, str.upper, "PoseLandmark.{}".format, "anna:{}".format, str.lower])
@@ -531,8 +533,8 @@ def test_names_decide_where_there_are_some(written: Callable[[str], str]) -> Non
     names = ["LHip", "RHip", "left_knee", "right_knee", "LAnkle", "RAnkle", "LShoulder", "RShoulder", "Nose"]
     names = list(map(written, names))
     names.append("com")
-    found = detections("trc", "a.trc", [(0, "", np.arange(3.0 * len(names)).reshape(-1, 3))], 1, names=names)
-    layout, order, _ = layouts.recognise(found)
+    result = detections("trc", "a.trc", [(0, "", np.arange(3.0 * len(names)).reshape(-1, 3))], 1, names=names)
+    layout, order, _ = layouts.recognise(result)
     assert order[layout.points.index("left_knee")] == 2
     assert not layout.measured  # whose hips, nobody knows
     short = detections("trc", "a.trc", [(0, "", np.arange(15.0).reshape(5, 3))], 1, names=names[:5])
@@ -543,14 +545,14 @@ def test_names_decide_where_there_are_some(written: Callable[[str], str]) -> Non
 def test_names_of_a_small_layout_are_not_those_of_a_large_one_and_numbers_are_no_names() -> None:
     points = layouts.layouts()["coco17"].points
     for names in (points, *([f"kp{first + k}" for k in range(17)] for first in (0, 1))):
-        found, order, _ = layouts.recognise(replace(_numbered("coco17"), names=tuple(names)))
-        assert (found.name, order.tolist()) == ("coco17", list(range(17)))
+        result, order, _ = layouts.recognise(replace(_numbered("coco17"), names=tuple(names)))
+        assert (result.name, order.tolist()) == ("coco17", list(range(17)))
     by_letters, whole = [0, 1, *range(10, 17), *range(2, 10)], _numbered("coco17")
     points = np.concatenate([whole.points[:, :1], whole.points[:, by_letters]], axis=1)
-    found, order, _ = layouts.recognise(
+    result, order, _ = layouts.recognise(
         replace(whole, points=points, names=("box", *(f"kp{k}" for k in by_letters)))
     )
-    assert (found.name, order.tolist()) == ("coco17", [1 + by_letters.index(k) for k in range(17)])
+    assert (result.name, order.tolist()) == ("coco17", [1 + by_letters.index(k) for k in range(17)])
 
 
 @pytest.mark.parametrize(
@@ -565,11 +567,11 @@ def test_names_of_a_small_layout_are_not_those_of_a_large_one_and_numbers_are_no
 )
 def test_numbers_of_points_that_are_left_out_count(layout: str, numbers: list[int]) -> None:
     whole = _numbered(layout)
-    found, order, _ = layouts.recognise(
+    result, order, _ = layouts.recognise(
         replace(whole, points=whole.points[:, numbers], names=tuple(f"landmark_{k}" for k in numbers))
     )
-    places = [numbers.index(k) if k in numbers else -1 for k in range(len(found.points))]
-    assert (found.name, order.tolist()) == (layout, places)
+    places = [numbers.index(k) if k in numbers else -1 for k in range(len(result.points))]
+    assert (result.name, order.tolist()) == (layout, places)
 
 
 def test_layouts_of_one_origin_have_one_order() -> None:
@@ -586,16 +588,16 @@ def test_a_body_is_numbered_beside_hands(layout: str) -> None:
     hand = np.full((len(whole.points), 21, 2), np.nan)
     parts = ("left_hand", 21), ("pose", count), ("hand", 21)
     names = [f"{part}_{k}" for part, points in parts for k in range(points)]
-    found, order, _ = layouts.recognise(
+    result, order, _ = layouts.recognise(
         replace(whole, points=np.concatenate([hand, whole.points, hand], axis=1), names=tuple(names))
     )
-    assert (found.name, order.tolist()) == (layout, list(range(21, 21 + count)))
+    assert (result.name, order.tolist()) == (layout, list(range(21, 21 + count)))
 
 
 def test_the_first_of_two_joints_is_the_right_one() -> None:
     names = [f"{part}{k}" for part in ("ankle", "knee", "hip", "shoulder") for k in (1, 2)]
-    found = detections("csv", "a.csv", [(0, "", np.arange(24.0).reshape(8, 3))], 1, names=names)
-    layout, order, _ = layouts.recognise(found)
+    result = detections("csv", "a.csv", [(0, "", np.arange(24.0).reshape(8, 3))], 1, names=names)
+    layout, order, _ = layouts.recognise(result)
     assert [order[layout.points.index(f"{side}_hip")] for side in ("right", "left")] == [4, 5]
 
 
@@ -629,14 +631,14 @@ def test_a_bend_of_the_path_is_told(model: Path, tmp_path: Path, monkeypatch: py
     sim = clip(60.0, ERROR)
     path = alphapose(tmp_path / "a.json", in_layout(sim, "coco17"))
     walk = reconstruct_clip(given(path, focal_px=sim.focal_px), model)
-    found = walk.best.reconstruction
-    assert found is not None
-    assert abs(turned_deg(found)) < TURNED_DEG
+    result = walk.best.reconstruction
+    assert result is not None
+    assert abs(turned_deg(result)) < TURNED_DEG
     assert not any("bends" in sentence for sentence in advice(walk, walk.best))
-    x = found.fit.x.copy()
+    x = result.fit.x.copy()
     x[TURN] = np.radians(30.0)
-    bent = replace(walk.best, reconstruction=replace(found, fit=replace(found.fit, x=x)))
-    times = found.fit.objective.setting.times
+    bent = replace(walk.best, reconstruction=replace(result, fit=replace(result.fit, x=x)))
+    times = result.fit.objective.setting.times
     assert bent.reconstruction is not None
     assert turned_deg(bent.reconstruction) == pytest.approx(30.0 * (times[-1] - times[0]))
     # Of a body that passes a detector makes one that turns: the path is asked, too.
@@ -652,8 +654,8 @@ def test_a_rolled_camera_is_remarked_on(roll_deg: float, tmp_path: Path) -> None
     turn = np.array([[np.cos(roll), np.sin(roll)], [-np.sin(roll), np.cos(roll)]])
     values[..., :2] = np.where(values[..., 2:] > 0, (values[..., :2] - centre) @ turn + centre, 0.0)
     walk = reconstruct_clip(given(alphapose(tmp_path / "a.json", values)))
-    said = [sentence for sentence in advice(walk, walk.best) if sentence.startswith("The walker leans by")]
-    assert len(said) == (roll_deg != 0.0)
+    message = [sentence for sentence in advice(walk, walk.best) if sentence.startswith("The walker leans by")]
+    assert len(message) == (roll_deg != 0.0)
 
 
 @pytest.mark.parametrize("pitch_deg", [-20.0, 0.0, 15.0, 40.0])
@@ -668,23 +670,23 @@ def test_who_stands_upright_leans_by_nothing_before_a_camera_that_looks_up_or_do
     body += [aside_mm, 900.0, 4000.0]  # right, down, away
     x = np.zeros(PITCH + 1)
     x[PITCH] = pitch
-    found: Any = SimpleNamespace(
+    result: Any = SimpleNamespace(
         image_px=project(body @ pitched(pitch).T, 1200.0), focal_px=1200.0, fit=SimpleNamespace(x=x)
     )
-    assert lean_deg(found) < 0.5
+    assert lean_deg(result) < 0.5
 
 
 def test_words_for_every_heading() -> None:
     assert heading_words(np.pi) == "straight away from the camera, seen from behind"
     assert heading_words(-np.pi / 2) == "straight to the image's left, seen from the walker's left"
     for degrees in range(-720, 721, 5):
-        said, turned = heading_words(np.radians(degrees)), (degrees + 180) % 360 - 180
-        to, _, seen = said.partition(", seen from ")
+        message, turned = heading_words(np.radians(degrees)), (degrees + 180) % 360 - 180
+        to, _, observed = message.partition(", seen from ")
         assert ("towards" in to) == (-90 < turned < 90)
         assert ("image's right" in to) == (0 < turned < 180)
-        apart = min(abs(turned - 90 * k) for k in range(-2, 3))
-        assert (f"{apart}° off" in said) == (apart > 0)
-        assert ("behind" in seen) == (abs(turned) > 100 or abs(turned) == 180)
+        distance = min(abs(turned - 90 * k) for k in range(-2, 3))
+        assert (f"{distance}° off" in message) == (distance > 0)
+        assert ("behind" in observed) == (abs(turned) > 100 or abs(turned) == 180)
 
 
 def test_the_command_prints_what_was_found(say: Callable[..., object], model: Path, tmp_path: Path) -> None:
@@ -692,12 +694,12 @@ def test_the_command_prints_what_was_found(say: Callable[..., object], model: Pa
     folder = tmp_path / "müller, (1)"  # as people name folders
     folder.mkdir()
     path = alphapose(folder / "a.json", in_layout(sim, "coco17"))
-    said = say(
+    message = say(
         "reconstruct", str(path), "input.frame_rate_hz=30", "input.width=1920", "input.height=1080",
         f"input.focal_px={sim.focal_px}", f"model_folder={model}", f"output.path={folder / 'out'}",
     )  # fmt: skip
-    assert said.status == 0, said.err  # type: ignore[attr-defined]
-    assert "seen from" in said.out  # type: ignore[attr-defined]
+    assert message.status == 0, message.err  # type: ignore[attr-defined]
+    assert "seen from" in message.out  # type: ignore[attr-defined]
     written = json.loads((folder / "out" / "summary.json").read_text(encoding="utf-8"))
     _, summary = walk3d.reconstruct(
         path, frame_rate_hz=30, width=1920, height=1080, focal_px=sim.focal_px, model_folder=model
@@ -740,13 +742,13 @@ def test_known_views_are_within_the_interval(
     """Away and towards the camera, or to its right and left; the line itself is known to a few degrees."""
     path = recordings / "alphapose_known_angles" / "0" / f"000_{view}_{walk}_nm.json"
     given_ = Input(path=str(path), frame_rate_hz=15.0)
-    found = summarise(reconstruct_clip(given_))
-    low, high = found["view_angle_deg"]["interval_95"]
-    off = (found["view_angle_deg"]["heading_deg"] - headings[int(walk[0])] + 180.0) % 360.0 - 180.0
-    assert found["verdict"] != "not_a_walk"
+    result = summarise(reconstruct_clip(given_))
+    low, high = result["view_angle_deg"]["interval_95"]
+    off = (result["view_angle_deg"]["heading_deg"] - headings[int(walk[0])] + 180.0) % 360.0 - 180.0
+    assert result["verdict"] != "not_a_walk"
     assert abs(off) < min(12.0, (high - low) / 2.0 + 3.0)
     # Cameras of one walk differ by up to 5 % in their own time, and each interval holds what its own frames repeat by.
-    low, high = found["cadence"]["interval_95_steps_per_min"]
+    low, high = result["cadence"]["interval_95_steps_per_min"]
     if walk != "0_1":  # where the plain search itself is lost
         assert low - 0.5 < steps_per_min_by_plain_search(path, 15.0) < high + 0.5
 
@@ -760,13 +762,13 @@ def steps_per_min_by_plain_search(path: Path, frame_rate_hz: float) -> float:
     frames = np.array(sorted(best))
     points = np.array([np.reshape(best[n]["keypoints"], (-1, 3))[:, :2] for n in frames])
     height = np.linalg.norm(points[:, 5:7].mean(axis=1) - points[:, 15:17].mean(axis=1), axis=-1)
-    apart = (points[:, [13, 15]] - points[:, [14, 16]]).reshape(len(frames), -1) / height[:, None]
+    distance = (points[:, [13, 15]] - points[:, [14, 16]]).reshape(len(frames), -1) / height[:, None]
     t = frames / frame_rate_hz
 
     def left(stride_hz: float) -> float:
         phase = 2.0 * np.pi * stride_hz * np.outer(t, [1, 2, 3])
         basis = np.column_stack([t**0, t, t**2, np.cos(phase), np.sin(phase)])
-        return float(np.sum((apart - basis @ np.linalg.lstsq(basis, apart, rcond=None)[0]) ** 2))
+        return float(np.sum((distance - basis @ np.linalg.lstsq(basis, distance, rcond=None)[0]) ** 2))
 
     return 120.0 * min(np.linspace(0.7, 1.2, 501), key=left)
 

@@ -35,11 +35,11 @@ def elsewhere() -> np.ndarray:
 def test_somebody_else_of_that_laboratory_is_nearer_with_every_known_person(
     small: CompactMoments, elsewhere: np.ndarray
 ) -> None:
-    *known, tested = elsewhere
+    *finite, tested = elsewhere
     knees = [WALKER15.index("left_knee"), WALKER15.index("right_knee")]
     off = [abs(small.mean[knees, 1, 0] - tested[0, knees, 1]).mean()]
     for count in (1, 3):
-        moved = calibrated(small, np.stack(known[:count]), 1.0).mean
+        moved = calibrated(small, np.stack(finite[:count]), 1.0).mean
         off.append(abs(moved[knees, 1, 0] - tested[0, knees, 1]).mean())
     assert off[0] > 30.0
     assert off[2] < off[1] < off[0]
@@ -50,11 +50,11 @@ def test_constants_move_left_and_right_alike_and_nothing_else(
     small: CompactMoments, elsewhere: np.ndarray
 ) -> None:
     moved = calibrated(small, elsewhere, 1.0)
-    apart = moved.mean - small.mean
-    np.testing.assert_array_equal(apart[..., 1:], 0.0)
-    np.testing.assert_allclose(apart[WALKER15.index("pelvis")], 0.0, atol=1e-9)
+    distance = moved.mean - small.mean
+    np.testing.assert_array_equal(distance[..., 1:], 0.0)
+    np.testing.assert_allclose(distance[WALKER15.index("pelvis")], 0.0, atol=1e-9)
     np.testing.assert_allclose(
-        apart[list(WALKER15.mirror), :, 0], apart[..., 0] * [-1.0, 1.0, 1.0], atol=1e-6
+        distance[list(WALKER15.mirror), :, 0], distance[..., 0] * [-1.0, 1.0, 1.0], atol=1e-6
     )
     assert moved.components is small.components
     same = calibrated(small, anatomical.by_block(small.mean)[None], 1.0)

@@ -21,28 +21,28 @@ from walk3d.film.walk.calibration import ANYBODY, AS_OURS
 @pytest.fixture
 def walks() -> Walks:
     """Seven synthetic walkers of two laboratories."""
-    of = compose(["experiment=zhang2007_fig2", "data=synthetic", "scale=smoke", "data.walkers=7"])
-    made = of.data.request(WALKS, of.skeleton, of.seed, of.workers).make()
-    assert isinstance(made, Walks)
-    return replace(made, source=np.where(np.arange(len(made)) < 4, "here", "there"))
+    owner = compose(["experiment=zhang2007_fig2", "data=synthetic", "scale=smoke", "data.walkers=7"])
+    output = owner.data.request(WALKS, owner.skeleton, owner.seed, owner.workers).make()
+    assert isinstance(output, Walks)
+    return replace(output, source=np.where(np.arange(len(output)) < 4, "here", "there"))
 
 
 @pytest.mark.thorough
 def test_a_person_and_then_a_whole_laboratory_is_left_out(
     walks: Walks, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    known: list[set[str]] = []
+    finite: list[set[str]] = []
 
     def noted(rest: list[TrainingWalk], people: np.ndarray) -> Moments:
-        known.append(set(people.tolist()))
+        finite.append(set(people.tolist()))
         return moments(rest, people)
 
     monkeypatch.setattr(training, "moments", noted)
     monkeypatch.setattr(training, "HEADINGS_DEG", (30,))
     trained = train(walks, Training(components=2))
-    everybody, here = set(walks.person.tolist()), set(walks.person[:4].tolist())
+    everybody, start = set(walks.person.tolist()), set(walks.person[:4].tolist())
     assert list(trained.calibrations) == [AS_OURS, ANYBODY]
-    assert known == [everybody, *(everybody - {who} for who in walks.person), everybody - here, here]
+    assert finite == [everybody, *(everybody - {who} for who in walks.person), everybody - start, start]
     assert trained.about["calibration"]["clips"] == 2 * 2 * 7
     of_one = train(replace(walks, source=np.repeat("here", len(walks))), Training(components=2))
     assert list(of_one.calibrations) == [AS_OURS]
@@ -60,10 +60,10 @@ MIRRORS = [Path(folder) for folder in os.environ.get("MOCAP_MIRROR", "").split("
 )
 def test_the_model_that_comes_with_the_package_is_what_the_recordings_give() -> None:
     """A mapping that puts a joint elsewhere makes it another's model: train it again, with a line in the changelog."""
-    of = compose(["experiment=zhang2007_fig2", "dataset.walks=all", "data=many"])
-    walks = of.data.request(WALKS, of.skeleton, of.seed, of.workers).make()
+    owner = compose(["experiment=zhang2007_fig2", "dataset.walks=all", "data=many"])
+    walks = owner.data.request(WALKS, owner.skeleton, owner.seed, owner.workers).make()
     assert isinstance(walks, Walks)
-    found = compact(moments(training_walks(walks), walks.person), Training().components)
+    result = compact(moments(training_walks(walks), walks.person), Training().components)
     ships = model_file.load().compact
-    np.testing.assert_allclose(found.mean, ships.mean, atol=1e-3)
-    np.testing.assert_allclose(found.eigenvalues, ships.eigenvalues, rtol=1e-5)
+    np.testing.assert_allclose(result.mean, ships.mean, atol=1e-3)
+    np.testing.assert_allclose(result.eigenvalues, ships.eigenvalues, rtol=1e-5)

@@ -75,11 +75,11 @@ def test_the_page_may_run_its_own_script_and_nothing_else(tmp_path: Path) -> Non
 
 def packed(path: Path) -> dict[str, object]:
     """What the page draws."""
-    found = re.search(
+    result = re.search(
         r'<script type="application/json" id="walk">(.*?)</script>', path.read_text(encoding="utf-8")
     )
-    assert found
-    return dict(json.loads(found[1]))
+    assert result
+    return dict(json.loads(result[1]))
 
 
 def test_a_page_is_small_escaped_and_loads_nothing(tmp_path: Path) -> None:
@@ -96,17 +96,17 @@ def test_a_page_is_small_escaped_and_loads_nothing(tmp_path: Path) -> None:
 
 
 def test_what_is_drawn_is_what_was_given(tmp_path: Path) -> None:
-    path, given = tmp_path / "walk.html", page(60)
-    write_walk_page(path, given)
+    path, inputs = tmp_path / "walk.html", page(60)
+    write_walk_page(path, inputs)
     drawn = packed(path)
     part = dict(drawn["positions"])  # type: ignore[call-overload]
     offset, scale = (np.frombuffer(base64.b64decode(part[name]), "<f4") for name in ("offset", "scale"))
     integers = np.frombuffer(base64.b64decode(part["integers"]), "<i2").reshape(60, 45)
     np.testing.assert_allclose(
-        offset + scale * integers, given.frames.positions_mm.reshape(60, 45), atol=0.02
+        offset + scale * integers, inputs.frames.positions_mm.reshape(60, 45), atol=0.02
     )
-    seen = np.frombuffer(base64.b64decode(str(drawn["seen"])), "u1").reshape(60, 15)
-    assert np.argwhere(seen == 0).tolist() == [[3, 4]]
+    observed = np.frombuffer(base64.b64decode(str(drawn["seen"])), "u1").reshape(60, 15)
+    assert np.argwhere(observed == 0).tolist() == [[3, 4]]
 
 
 def test_a_page_that_would_be_too_large_is_refused(tmp_path: Path) -> None:

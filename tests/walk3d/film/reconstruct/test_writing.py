@@ -77,8 +77,8 @@ def test_motion_is_read_back(model: Path, tmp_path: Path) -> None:
                     off[:, 2] -= off[:, 2].mean()
                 assert np.abs(off).max() < (1e-2 if name == "pelvis" else bound), (file, name)
         assert read.frame_rate_hz == pytest.approx(30.0)
-    said = (folder / "motion.txt").read_text(encoding="utf-8")
-    assert all(joint in said.splitlines()[0] for joint in summary["estimated_joints"])
+    message = (folder / "motion.txt").read_text(encoding="utf-8")
+    assert all(joint in message.splitlines()[0] for joint in summary["estimated_joints"])
     assert "sternum" in summary["estimated_joints"]
     assert not (folder / "recording.rrd").exists()
     assert not (folder / "walk.html").exists()
@@ -176,9 +176,9 @@ def test_recording_and_page_show_image_mean_samples_and_view(model: Path, tmp_pa
     spread = 1e3 * (drawn - mean[:, None]).std(axis=1).mean(axis=(0, 2))
     assert spread[8] < 1e-2
     assert spread[[4, 7]].mean() > 1.2 * spread[[9, 12]].mean()
-    _, seen = reading.read_column(file, "image/observed", "Points2D:positions", "time")
-    _, made = reading.read_column(file, "image/reprojection", "Points2D:positions", "time")
-    assert np.nanmedian(np.abs(seen - made)) * 1e3 < 15.0
+    _, observed = reading.read_column(file, "image/observed", "Points2D:positions", "time")
+    _, output = reading.read_column(file, "image/reprojection", "Points2D:positions", "time")
+    assert np.nanmedian(np.abs(observed - output)) * 1e3 < 15.0
 
 
 def test_the_command_loads_no_more_than_it_needs() -> None:
@@ -187,5 +187,5 @@ def test_the_command_loads_no_more_than_it_needs() -> None:
     script = (
         f"import sys, pipeline.cli.main, walk3d.film.command; print([m for m in {heavy} if m in sys.modules])"
     )
-    said = python("-c", script)
-    assert said.stdout.strip() == "[]", said.stdout + said.stderr
+    message = python("-c", script)
+    assert message.stdout.strip() == "[]", message.stdout + message.stderr

@@ -70,13 +70,13 @@ def test_a_walk_goes_on_where_its_recording_ends() -> None:
     series[1, 14, 1] -= 400.0
     motion = fourier.synthesise(series, frequency, times) + generator.normal(size=(150, 15, 3))
     again = lasting(motion, rate, 5.0)
-    found = fourier.represent(motion, rate, harmonics=4)
-    assert len(again) == round(5.0 / found.frequency_hz * rate) + 1
+    representation = fourier.represent(motion, rate, harmonics=4)
+    assert len(again) == round(5.0 / representation.frequency_hz * rate) + 1
     np.testing.assert_allclose(again[:150], motion, atol=1e-6)
     later = fourier.synthesise(series, frequency, np.arange(len(again)) / rate)
     assert np.abs(again - later).max() < 12.0
     np.testing.assert_allclose(
-        lasting(motion, rate, 1.0), motion[: round(rate / found.frequency_hz) + 1], atol=1e-6
+        lasting(motion, rate, 1.0), motion[: round(rate / representation.frequency_hz) + 1], atol=1e-6
     )
 
 
@@ -94,18 +94,18 @@ def test_of_two_who_meet_the_farther_is_hidden_and_whoever_is_followed_is_compar
     clips = SimpleNamespace(motion=lambda k: motions()[k], frame_rate_hz=np.full(14, RATE))
     kind = FilmKind(kind="crossed", crossed=True)
     generator = np.random.default_rng(4)
-    one = film_as(kind, generator, clips, 0, walks()[0], 0.5, overground=False)  # type: ignore[arg-type]
-    both = crossing(generator, clips, 1, walks()[1], one)  # type: ignore[arg-type]
+    first = film_as(kind, generator, clips, 0, walks()[0], 0.5, overground=False)  # type: ignore[arg-type]
+    both = crossing(generator, clips, 1, walks()[1], first)  # type: ignore[arg-type]
     hidden = [np.isnan(person.pixels).all(axis=(1, 2)) for person in both]
     heights = [np.nanmax(np.ptp(person.pixels[..., 1], axis=1)) for person in both]
     assert [len(person.pixels) for person in both] == [len(person.positions_mm) for person in both]
-    middle = len(one.pixels) // 2
+    middle = len(first.pixels) // 2
     assert hidden[int(np.argmin(heights))][middle]
     assert not hidden[int(np.argmax(heights))][middle]
-    seen = see(both, [walks()[0].frequency_hz, walks()[1].frequency_hz], 1.0, prior())
-    assert (seen.verdict == "not_a_walk") == np.isnan(seen.error_mm)
-    assert not seen.wrong_frequency
-    assert seen.error_mm < 60.0
+    observed = see(both, [walks()[0].frequency_hz, walks()[1].frequency_hz], 1.0, prior())
+    assert (observed.verdict == "not_a_walk") == np.isnan(observed.error_mm)
+    assert not observed.wrong_frequency
+    assert observed.error_mm < 60.0
 
 
 def test_films_of_walks_and_of_what_is_none_are_told_apart() -> None:
@@ -115,6 +115,6 @@ def test_films_of_walks_and_of_what_is_none_are_told_apart() -> None:
         if kind.stated < 1.0 or kind.crossed:  # long films: in the figure
             continue
         filmed = film_as(kind, np.random.default_rng(1), clips, 0, walks()[0], 0.6, overground=True)  # type: ignore[arg-type]
-        seen = see([filmed], [walks()[0].frequency_hz], kind.stated, prior())
-        assert (seen.verdict == "not_a_walk") == (kind.activity is not None), kind.name
-        assert not seen.wrong_frequency
+        observed = see([filmed], [walks()[0].frequency_hz], kind.stated, prior())
+        assert (observed.verdict == "not_a_walk") == (kind.activity is not None), kind.name
+        assert not observed.wrong_frequency

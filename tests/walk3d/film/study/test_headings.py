@@ -36,8 +36,8 @@ def test_people_and_sides_take_turns(people: int) -> None:
     counts = [sides.count((heading, way)) for heading in HEADINGS_DEG for way in (True, False)]
     assert min(counts) >= 96 // 16 - 2
     for person in range(people):
-        own = [(c.heading_deg, c.overground) for c in cases if c.person == person]
-        assert len(set(own)) == len(own)
+        reference = [(c.heading_deg, c.overground) for c in cases if c.person == person]
+        assert len(set(reference)) == len(reference)
         assert all(data.person[c.walk] == data.people[person] for c in cases if c.person == person)
 
 
@@ -69,14 +69,14 @@ def test_bars_are_calibrated_on_other_people_alone() -> None:
 def test_events_and_numbers_are_covered_by_bars_of_other_people() -> None:
     person = np.array(["a", "b", "c", "d"])
     clips = [measured(seed, sd=1.0) for seed in range(4)]
-    known = calibrations_by_person(person, clips)["a"]
-    said = covered_cycle(clips[0], known)
-    assert said["contact_error_ms"] == 5.0
-    assert np.isnan(said["toe_off_error_ms"])
-    assert 50 <= said["covered_cycle_percent"] <= 100  # learnt on three clips
+    finite = calibrations_by_person(person, clips)["a"]
+    message = covered_cycle(clips[0], finite)
+    assert message["contact_error_ms"] == 5.0
+    assert np.isnan(message["toe_off_error_ms"])
+    assert 50 <= message["covered_cycle_percent"] <= 100  # learnt on three clips
     off = clips[0].over_sd
     far = replace(
         off, angles=99.0 + off.angles, events=[np.full(6, -99.0), np.empty(0)], numbers=99.0 + off.numbers
     )
-    said = covered_cycle(replace(clips[0], over_sd=far), known)
-    assert said["covered_cycle_percent"] == said["covered_angles_percent"] == 0
+    message = covered_cycle(replace(clips[0], over_sd=far), finite)
+    assert message["covered_cycle_percent"] == message["covered_angles_percent"] == 0

@@ -27,11 +27,11 @@ from walk3d.film.video.pose import LANDMARKS, Pose, _shared, _to_square, anchors
 
 
 def test_anchors_are_those_of_three_grids() -> None:
-    found = anchors()
-    assert found.shape == (2254, 2)
-    assert np.allclose(found[0], 0.5 / 28)
-    assert np.allclose(found[-1], 1.0 - 0.5 / 7)
-    assert np.allclose(found[2], [1.5 / 28, 0.5 / 28])  # columns first
+    result = anchors()
+    assert result.shape == (2254, 2)
+    assert np.allclose(result[0], 0.5 / 28)
+    assert np.allclose(result[-1], 1.0 - 0.5 / 7)
+    assert np.allclose(result[2], [1.5 / 28, 0.5 / 28])  # columns first
 
 
 @pytest.mark.parametrize("turn", [0.0, 0.4, -2.0])
@@ -55,8 +55,8 @@ def test_people_who_are_small_are_sought_in_squares_that_overlap(monkeypatch: py
     monkeypatch.setattr(Pose, "_within", within)
     pose, picture = Pose.__new__(Pose), np.zeros((1080, 1920, 3), dtype=np.uint8)
     assert pose.detect(picture) == []
-    (found,) = pose.detect(picture, closer=True)
-    assert found[2] == 960.0
+    (result,) = pose.detect(picture, closer=True)
+    assert result[2] == 960.0
     assert len(looked) == 1 + 1 + 6
     covered = np.zeros((1080, 1920), dtype=bool)
     for x, y, side, _ in np.array(looked[2:], dtype=int):
@@ -77,9 +77,9 @@ def test_uneven_time_stamps_are_put_on_an_even_grid_and_long_gaps_stay_open() ->
     assert uneven
     at = times * rate
     points = np.repeat(at[:, None, None], LANDMARKS, axis=1) * np.array([1.0, 2.0, 0.0])
-    frame, person, found = on_even_grid(at, np.zeros(len(at), dtype=int), points)
-    assert np.allclose(found[..., 0], frame[:, None])
-    assert np.allclose(found[..., 1], 2.0 * frame[:, None])
+    frame, person, result = on_even_grid(at, np.zeros(len(at), dtype=int), points)
+    assert np.allclose(result[..., 0], frame[:, None])
+    assert np.allclose(result[..., 1], 2.0 * frame[:, None])
     assert set(person) == {0}
     assert not {5, 6, 7, 8, 9, 10, 11} & set(frame.tolist())
     assert frame_rate(np.zeros(4), 25.0) == (25.0, False)
@@ -125,9 +125,9 @@ def test_key_frames_are_some_of_a_films_as_pictures_of_a_page(tmp_path: Path) ->
     writer.release()
     numbers, points = np.arange(3, 19), np.full((16, 15, 2), [300.0, 100.0])
     points[:, 0, 1] += 200.0
-    found = key_frames(path, numbers, points)
-    assert [number for number, _ in found] == [3, 8, 13, 18]
-    for number, address in found:
+    result = key_frames(path, numbers, points)
+    assert [number for number, _ in result] == [3, 8, 13, 18]
+    for number, address in result:
         start, _, content = address.partition(",")
         assert start == "data:image/jpeg;base64"
         picture = cv2.imdecode(np.frombuffer(base64.b64decode(content), dtype=np.uint8), cv2.IMREAD_COLOR)
@@ -168,8 +168,8 @@ def test_a_phones_film_is_upright_and_keeps_its_time_stamps(
         return body
 
     path.write_bytes(rewritten(path.read_bytes(), as_a_phone_writes))
-    times, shown = zip(*pictures(path), strict=True)
-    upright = shown[5][..., 0]
+    times, displayed = zip(*pictures(path), strict=True)
+    upright = displayed[5][..., 0]
     assert upright.shape == ((48, 64) if matrix[0] else (64, 48))
     rows, columns = np.array(upright.shape) // 2
     quarters = [
@@ -200,14 +200,14 @@ def test_keypoints_of_the_same_film_are_taken_from_an_earlier_run(tmp_path: Path
         "height": 480,
     }
     (earlier / cached.ABOUT).write_text(json.dumps(about))
-    given = Input(path=str(film))
-    assert is_video(given)
-    with with_keypoints(given, earlier) as found:
-        read = keypoints.read(found.path)
+    inputs = Input(path=str(film))
+    assert is_video(inputs)
+    with with_keypoints(inputs, earlier) as result:
+        read = keypoints.read(result.path)
     assert (read.frame_rate_hz, read.image_size) == (30.0, (640, 480))
-    assert found.layout == "mediapipe33"
+    assert result.layout == "mediapipe33"
     film.write_bytes(b"another film")
-    with pytest.raises(InvalidInput), with_keypoints(given, earlier):
+    with pytest.raises(InvalidInput), with_keypoints(inputs, earlier):
         pass  # cannot be opened, or nothing is installed that could
 
 
@@ -244,8 +244,8 @@ def test_a_film_of_a_walk_is_found_and_one_of_squats_is_none(tmp_path: Path) -> 
     if not folder or not all((networks.folder() / name).is_file() for name in networks.FILES):
         pytest.skip("needs films (KEYPOINTS_RECORDINGS) and the pose networks")
     film = Path(folder) / "mediapipe_oblique_with_truth" / "video.mp4"
-    with with_keypoints(Input(path=str(film))) as found:
-        walk = reconstruct_clip(found)
+    with with_keypoints(Input(path=str(film))) as result:
+        walk = reconstruct_clip(result)
     assert walk.best.judgement.verdict == "walk"
     assert walk.best.reconstruction is not None
     assert np.degrees(walk.best.reconstruction.candidates[0].heading_rad) == pytest.approx(-45.0, abs=8.0)

@@ -29,26 +29,26 @@ def test_learnt_bars_cover_what_their_level_says() -> None:
     clips = [StandardErrors(joints, angles, events, numbers[0], views[0])]
     rest = zip(numbers[1:], views[1:], strict=True)
     clips += [StandardErrors(joints[:0], angles[:0], [np.empty(0)] * 2, z, view) for z, view in rest]
-    found = learn(clips)
+    result = learn(clips)
     sd_mm, sd_rad = rng.uniform(1.0, 9.0, size=(15, 3)), rng.uniform(0.1, 0.9, size=11)
-    seen = GROUP_OF >= 0  # the pelvis has no bar
+    observed = GROUP_OF >= 0  # the pelvis has no bar
     for number, level in enumerate(LEVELS):
-        covered = np.abs(joints * sd_mm) <= joint_half_widths(found, sd_mm, number)
-        np.testing.assert_allclose(covered.mean(axis=0)[seen], level, atol=0.03)
-        covered = np.abs(angles * sd_rad) <= angle_half_widths(found, sd_rad, number)
+        covered = np.abs(joints * sd_mm) <= joint_half_widths(result, sd_mm, number)
+        np.testing.assert_allclose(covered.mean(axis=0)[observed], level, atol=0.03)
+        covered = np.abs(angles * sd_rad) <= angle_half_widths(result, sd_rad, number)
         np.testing.assert_allclose(covered.mean(axis=0), level, atol=0.03)
-        covered = np.abs(views) <= found.view[:, number] * NORMAL[number]
+        covered = np.abs(views) <= result.view[:, number] * NORMAL[number]
         np.testing.assert_allclose(covered.mean(axis=0), level, atol=0.03)
-        covered = np.abs(numbers) <= cycle_half_widths(found, np.ones(25), number)
+        covered = np.abs(numbers) <= cycle_half_widths(result, np.ones(25), number)
         np.testing.assert_allclose(covered.mean(axis=0), level, atol=0.03)
-        for z, multiplier in zip(events, found.cycle[:2, number], strict=True):
+        for z, multiplier in zip(events, result.cycle[:2, number], strict=True):
             assert np.mean(np.abs(z) <= multiplier * NORMAL[number]) == pytest.approx(level, abs=1e-3)
 
 
 def test_an_event_of_which_nothing_was_learnt_keeps_its_bars() -> None:
     none = np.empty(0)
-    found = learn(
+    result = learn(
         [StandardErrors(np.ones((2, 15, 3)), np.ones((2, 11)), [none, np.ones(3)], np.ones(25), np.ones(2))]
     )
-    np.testing.assert_array_equal(found.cycle[0], 1.0)
-    assert found.cycle[1, 0] > 1.0
+    np.testing.assert_array_equal(result.cycle[0], 1.0)
+    assert result.cycle[1, 0] > 1.0

@@ -14,10 +14,10 @@ from walk3d.film.walk import Fitting, Reconstruction, errors, reconstruct
 def found() -> tuple[SimulatedKeypoints, Reconstruction]:
     """A clip without error, reconstructed."""
     sim = clip(40.0)
-    seen = np.ones(sim.pixels.shape[:2])
+    observed = np.ones(sim.pixels.shape[:2])
     return sim, reconstruct(
         sim.pixels,
-        seen,
+        observed,
         sim.frame_rate_hz,
         sim.focal_px,
         prior(),
@@ -36,12 +36,12 @@ def test_the_kept_image_is_right_in_the_image_and_average_in_depth(
     found: tuple[SimulatedKeypoints, Reconstruction],
 ) -> None:
     sim, walk = found
-    kept, average = errors.image_kept_mm(walk), errors.average_walker_mm(walk)
-    np.testing.assert_array_equal(kept[..., 2], average[..., 2])
-    scale = errors.fitted_scale(kept, sim.positions_mm)
-    off = np.abs(scale * kept - sim.positions_mm)[:, errors.SCORED].mean(axis=(0, 1))
-    beside = np.abs(scale * average - sim.positions_mm)[:, errors.SCORED].mean(axis=(0, 1))
-    assert off[:2].mean() < beside[:2].mean()
+    retained, average = errors.image_kept_mm(walk), errors.average_walker_mm(walk)
+    np.testing.assert_array_equal(retained[..., 2], average[..., 2])
+    scale = errors.fitted_scale(retained, sim.positions_mm)
+    off = np.abs(scale * retained - sim.positions_mm)[:, errors.SCORED].mean(axis=(0, 1))
+    neighbours = np.abs(scale * average - sim.positions_mm)[:, errors.SCORED].mean(axis=(0, 1))
+    assert off[:2].mean() < neighbours[:2].mean()
     assert errors.mean_distance_mm(walk.posterior.positions_mm, sim.positions_mm) < errors.mean_distance_mm(
         average, sim.positions_mm
     )

@@ -19,8 +19,8 @@ def test_no_sequence_of_labels_is_cheaper(seed: int, frames: int) -> None:
         switches = sum(a != b for a, b in itertools.pairwise(labels))
         return float(sum(costs[label, t] for t, label in enumerate(labels)) + 14.0 * switches)
 
-    found = tuple(int(label) for label in cheapest_labels(costs[0], costs[1]))
-    assert total(found) <= min(map(total, itertools.product((0, 1), repeat=frames))) + 1e-9
+    result = tuple(int(label) for label in cheapest_labels(costs[0], costs[1]))
+    assert total(result) <= min(map(total, itertools.product((0, 1), repeat=frames))) + 1e-9
 
 
 def test_exchanging_twice_gives_back_and_all_is_legs_and_arms() -> None:

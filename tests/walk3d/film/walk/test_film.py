@@ -25,10 +25,10 @@ def filmed(positions: np.ndarray, seed: int, heading_deg: float, **filming: floa
 
 
 def watched(sim: SimulatedKeypoints, told: float = 1.0) -> FilmResult:
-    seen = np.isfinite(sim.pixels).all(axis=-1).astype(float)
+    observed = np.isfinite(sim.pixels).all(axis=-1).astype(float)
     return reconstruct_film(
         Film(
-            sim.pixels, seen, told * sim.frame_rate_hz, sim.focal_px, prior(), both_labellings=False, focal_sd=0.0
+            sim.pixels, observed, told * sim.frame_rate_hz, sim.focal_px, prior(), both_labellings=False, focal_sd=0.0
         )
     )  # fmt: skip
 
@@ -37,8 +37,8 @@ def watched(sim: SimulatedKeypoints, told: float = 1.0) -> FilmResult:
 def test_who_stands_before_and_after_a_walk_is_cut_to_the_walk(heading_deg: float) -> None:
     walk = lasting(motions()[0], RATE, 3.0)
     sim = filmed(with_standing(walk, RATE, 1200.0, 1.5), 1, heading_deg)
-    found = watched(sim)
-    (stretch,) = found.stretches
+    result = watched(sim)
+    (stretch,) = result.stretches
     still, last = round(1.5 * 30), len(sim.pixels) - round(1.5 * 30)
     assert still - 12 < stretch.first_frame < still + 20
     assert last - 20 < stretch.last_frame < last + 12
@@ -47,7 +47,7 @@ def test_who_stands_before_and_after_a_walk_is_cut_to_the_walk(heading_deg: floa
     assert stretch.reconstruction.candidates[0].frequency_hz == pytest.approx(
         walks()[0].frequency_hz, rel=0.03
     )
-    assert any("the rest was ignored" in note for note in found.notes)
+    assert any("the rest was ignored" in note for note in result.notes)
 
 
 def test_a_walk_throughout_is_not_cut() -> None:
@@ -59,23 +59,23 @@ def test_the_shake_of_a_hand_is_taken_out_and_a_still_camera_is_left_alone() -> 
     still = clip(45.0, USUAL)
     shaken = clip(45.0, replace(USUAL, shake_px=25.0))
     fitting = Fitting(both_labellings=False)
-    found = [
+    result = [
         reconstruct(sim.pixels, np.ones(sim.pixels.shape[:2]), 30.0, sim.focal_px, prior(), fitting)
         for sim in (still, shaken)
     ]
-    assert not found[0].shake_px.any()
+    assert not result[0].shake_px.any()
     off = shaken.pixels - still.pixels
     # From frame to frame: what is slow may be the path as well.
-    true, taken = (np.diff(one, axis=0) for one in (np.nanmean(off, axis=1), found[1].shake_px))
-    assert float(np.std(taken - true)) < 0.35 * float(np.std(true))
-    assert found[1].relative_residual < 1.3
-    of = [
-        errors.mean_distance_mm(one.posterior.positions_mm, sim.positions_mm)
-        for one, sim in zip(found, (still, shaken), strict=True)
+    true, used = (np.diff(first, axis=0) for first in (np.nanmean(off, axis=1), result[1].shake_px))
+    assert float(np.std(used - true)) < 0.35 * float(np.std(true))
+    assert result[1].relative_residual < 1.3
+    owner = [
+        errors.mean_distance_mm(first.posterior.positions_mm, sim.positions_mm)
+        for first, sim in zip(result, (still, shaken), strict=True)
     ]
-    assert of[1] < 1.4 * of[0]
-    seen = found[1].keypoints.weights > 0
-    assert np.allclose(found[1].filmed_px[seen], shaken.pixels[seen])
+    assert owner[1] < 1.4 * owner[0]
+    observed = result[1].keypoints.weights > 0
+    assert np.allclose(result[1].filmed_px[observed], shaken.pixels[observed])
 
 
 @pytest.mark.parametrize("activity", list(Activity))
@@ -89,17 +89,17 @@ def test_who_does_something_else_does_not_walk(activity: Activity, heading_deg: 
 def test_a_walk_that_is_none_at_the_rate_that_was_told_is_found_at_another(told: float) -> None:
     walk = lasting(motions()[0], RATE, 3.0)
     sim = filmed(walk, 3, 60.0, speed_mm_s=1200.0, frame_rate_hz=30.0 / min(told, 1.0))
-    found = watched(sim, told)
-    best = found.stretches[0]
+    result = watched(sim, told)
+    best = result.stretches[0]
     assert best.reconstruction is not None
     assert best.walks
-    stride = best.reconstruction.candidates[0].frequency_hz * sim.frame_rate_hz / found.frame_rate_hz
-    if found.frame_rate_hz == pytest.approx(sim.frame_rate_hz):
+    stride = best.reconstruction.candidates[0].frequency_hz * sim.frame_rate_hz / result.frame_rate_hz
+    if result.frame_rate_hz == pytest.approx(sim.frame_rate_hz):
         assert best.judgement.verdict == "doubtful"
-        assert any("frame rate is assumed to be" in note for note in found.notes)
+        assert any("frame rate is assumed to be" in note for note in result.notes)
     else:  # half as many strides a second are those of a slow walk
         assert told == 0.5
-        assert found.frame_rate_hz == told * sim.frame_rate_hz
+        assert result.frame_rate_hz == told * sim.frame_rate_hz
     assert stride == pytest.approx(walks()[0].frequency_hz, rel=0.03)
 
 
@@ -107,11 +107,11 @@ def test_a_step_of_slow_motion_from_the_front_is_no_stride() -> None:
     # At the rate that was told a step, of half the truth's period, passes for a slow stride.
     walk = lasting(motions()[5], RATE, 4.0)
     sim = filmed(walk, 5, 180.0, speed_mm_s=1200.0, frame_rate_hz=120.0)
-    found = watched(sim, 0.25)
-    best = found.stretches[0].reconstruction
+    result = watched(sim, 0.25)
+    best = result.stretches[0].reconstruction
     assert best is not None
-    assert found.stretches[0].judgement.verdict == "doubtful"
-    stride = best.candidates[0].frequency_hz * sim.frame_rate_hz / found.frame_rate_hz
+    assert result.stretches[0].judgement.verdict == "doubtful"
+    stride = best.candidates[0].frequency_hz * sim.frame_rate_hz / result.frame_rate_hz
     assert stride == pytest.approx(walks()[5].frequency_hz, rel=0.03)
 
 
@@ -119,20 +119,20 @@ def test_a_path_on_a_circle_turns_by_its_angle_and_a_straight_one_does_not() -> 
     heights = prior().mean[:, 2, 0]
     turn = np.radians(np.linspace(-25.0, 25.0, 90))
     for bend, expected in ((turn, 50.0), (0.0 * turn, 0.0)):
-        place = np.cumsum(np.stack([np.cos(bend), np.sin(bend)], axis=-1), axis=0) * 40.0
-        place += np.array([-1800.0, 5000.0]) - place[0]
-        across = np.broadcast_to(place[:, :1], (90, 15))
-        pixels = 900.0 * np.stack([across, -heights + 0.0 * across], axis=-1) / place[:, None, 1:]
+        position = np.cumsum(np.stack([np.cos(bend), np.sin(bend)], axis=-1), axis=0) * 40.0
+        position += np.array([-1800.0, 5000.0]) - position[0]
+        across = np.broadcast_to(position[:, :1], (90, 15))
+        pixels = 900.0 * np.stack([across, -heights + 0.0 * across], axis=-1) / position[:, None, 1:]
         assert np.degrees(abs(path_turn_rad(pixels, heights, 900.0))) == pytest.approx(expected, abs=3.0)
 
 
 def test_a_noisy_detector_does_not_make_a_walk_into_something_else() -> None:
     sim = clip(60.0, replace(USUAL, white_px=8.0, slow_px=4.0))
-    found = reconstruct(
+    result = reconstruct(
         sim.pixels, np.ones(sim.pixels.shape[:2]), 30.0, sim.focal_px, prior(), Fitting(both_labellings=False)
     )
-    residual = (found.fit.objective.residual(found.fit.x, found.keypoints))[found.keypoints.weights > 0]
-    assert float(np.sqrt(np.mean(residual**2))) > 1.6 * found.rms_residual_px
+    residual = (result.fit.objective.residual(result.fit.x, result.keypoints))[result.keypoints.weights > 0]
+    assert float(np.sqrt(np.mean(residual**2))) > 1.6 * result.rms_residual_px
     quiet = clip(60.0, replace(CLEAN, slow_px=4.0))
     slow = reconstruct(
         quiet.pixels,
@@ -142,4 +142,4 @@ def test_a_noisy_detector_does_not_make_a_walk_into_something_else() -> None:
         prior(),
         Fitting(both_labellings=False),
     )
-    assert found.rms_residual_px == pytest.approx(slow.rms_residual_px, rel=0.35)
+    assert result.rms_residual_px == pytest.approx(slow.rms_residual_px, rel=0.35)

@@ -52,8 +52,8 @@ def _case(overground: bool, **more: float) -> tuple[Objective, np.ndarray, Keypo
 )
 def test_the_gradient_is_that_of_the_cost(overground: bool, more: dict[str, float]) -> None:
     objective, x, keypoints = _case(overground, **more)
-    found = objective.quadratic(objective.at(x), keypoints, NOISE)
-    assert found.cost == pytest.approx(objective.cost(objective.at(x), keypoints, NOISE), rel=1e-12)
+    result = objective.quadratic(objective.at(x), keypoints, NOISE)
+    assert result.cost == pytest.approx(objective.cost(objective.at(x), keypoints, NOISE), rel=1e-12)
     for index in [0, 26, 27 * 8 + 9, 27 * 13 + 4, SIZE - 1, *range(SIZE, objective.unknowns)]:
         step = np.zeros(objective.unknowns)
         angle = index in (HEADING, PITCH, PHASE, LOG_F, TURN) or ("focal_sd" in more and index >= UNKNOWNS)
@@ -61,7 +61,7 @@ def test_the_gradient_is_that_of_the_cost(overground: bool, more: dict[str, floa
         numeric = objective.cost(objective.at(x + step), keypoints, NOISE) - objective.cost(
             objective.at(x - step), keypoints, NOISE
         )
-        slope = 2.0 * found.gradient[index]
+        slope = 2.0 * result.gradient[index]
         assert numeric / (2.0 * step[index]) == pytest.approx(
             slope, rel=1e-4, abs=1e-4 * np.abs(slope) + 1e-3
         )
@@ -95,9 +95,9 @@ def test_the_matrix_is_positive_and_of_the_derivatives_of_the_image(more: dict[s
         slopes.append((ends[0] - ends[1]) / (2.0 * step[index]))
     expected = np.einsum("atjd,tj,btjd->ab", slopes, w, slopes, optimize=True)
     scale = np.sqrt(np.diag(expected))
-    found = np.tril(of_data)[np.ix_(some, some)]
+    result = np.tril(of_data)[np.ix_(some, some)]
     np.testing.assert_allclose(
-        found / np.outer(scale, scale), np.tril(expected / np.outer(scale, scale)), atol=1e-5
+        result / np.outer(scale, scale), np.tril(expected / np.outer(scale, scale)), atol=1e-5
     )
 
 
@@ -112,13 +112,13 @@ def test_a_generic_minimiser_finds_nothing_lower(monkeypatch: pytest.MonkeyPatch
     fit = refinement.advance().fit()
     objective = fit.objective
     # In units in which the curvature is one, so that a method without curvature gets somewhere.
-    here = objective.quadratic(objective.at(fit.x), keypoints, fit.noise)
-    back = np.linalg.inv(np.linalg.cholesky(here.matrix)).T
+    start = objective.quadratic(objective.at(fit.x), keypoints, fit.noise)
+    back = np.linalg.inv(np.linalg.cholesky(start.matrix)).T
     rng = np.random.default_rng(0)
 
     def cost(z: np.ndarray) -> tuple[float, np.ndarray]:
-        found = objective.quadratic(objective.at(fit.x + back @ z), keypoints, fit.noise)
-        return found.cost, 2.0 * back.T @ found.gradient
+        result = objective.quadratic(objective.at(fit.x + back @ z), keypoints, fit.noise)
+        return result.cost, 2.0 * back.T @ result.gradient
 
     generic = minimize(cost, rng.normal(size=UNKNOWNS), jac=True, method="L-BFGS-B", options={"maxiter": 60})
     assert refinement.cost(fit.noise) <= generic.fun + 0.2

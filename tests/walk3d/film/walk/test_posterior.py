@@ -17,17 +17,19 @@ from walk3d.film.walk.view import level_axes
 def test_what_changes_from_step_to_step_widens_the_bars_with_the_pelvis_it_is_counted_from() -> None:
     sim = clip(40.0)
     options = Fitting(both_labellings=False, max_starts=1)
-    seen = np.ones(sim.pixels.shape[:2])
-    found = reconstruct(sim.pixels, seen, sim.frame_rate_hz, sim.focal_px, prior(), options)
+    observed = np.ones(sim.pixels.shape[:2])
+    result = reconstruct(sim.pixels, observed, sim.frame_rate_hz, sim.focal_px, prior(), options)
     aperiodic = np.random.default_rng(0).uniform(10.0, 90.0, size=(15, 3))
     variances = []
     for leftover in (np.zeros((15, 3)), aperiodic):
-        given = replace(prior(), model=replace(prior().model, aperiodic_variance=leftover))
-        bars = posterior(given, found.fit, found.keypoints)
+        inputs = replace(prior(), model=replace(prior().model, aperiodic_variance=leftover))
+        bars = posterior(inputs, result.fit, result.keypoints)
         variances.append(bars.sd_mm**2)
         assert bars.angles_sd_rad.min() >= ANGLE_FLOOR_RAD
-    times = found.fit.objective.setting.times
-    for t, axes in enumerate(level_axes(found.fit.x[HEADING] + found.fit.x[TURN] * times)):
+    times = result.fit.objective.setting.times
+    for t, axes in enumerate(level_axes(result.fit.x[HEADING] + result.fit.x[TURN] * times)):
         for joint in range(15):
-            own = np.diag(axes @ np.diag(aperiodic[joint] + aperiodic[PELVIS]) @ axes.T) * (joint != PELVIS)
-            np.testing.assert_allclose(variances[1][t, joint] - variances[0][t, joint], own, rtol=1e-6)
+            reference = np.diag(axes @ np.diag(aperiodic[joint] + aperiodic[PELVIS]) @ axes.T) * (
+                joint != PELVIS
+            )
+            np.testing.assert_allclose(variances[1][t, joint] - variances[0][t, joint], reference, rtol=1e-6)

@@ -25,58 +25,58 @@ def _error_mm(sim: SimulatedKeypoints, positions: np.ndarray) -> float:
 @pytest.mark.parametrize("heading", [0.0, -60.0, 90.0, 150.0])
 def test_view_cadence_and_walk_are_found(heading: float) -> None:
     sim = clip(heading, DetectorError(missing=0.05))
-    found = reconstruct(sim.pixels, np.ones(sim.pixels.shape[:2]), sim.frame_rate_hz, sim.focal_px, prior())
-    turn = (found.fit.x[HEADING] - sim.heading_rad + np.pi) % (2 * np.pi) - np.pi
+    result = reconstruct(sim.pixels, np.ones(sim.pixels.shape[:2]), sim.frame_rate_hz, sim.focal_px, prior())
+    turn = (result.fit.x[HEADING] - sim.heading_rad + np.pi) % (2 * np.pi) - np.pi
     assert abs(np.degrees(turn)) < 8.0
-    assert np.exp(found.fit.x[LOG_F]) == pytest.approx(walks()[0].frequency_hz, rel=0.02)
-    assert not found.labels_exchanged
-    assert _error_mm(sim, found.posterior.positions_mm) < 45.0
-    assert judge(found).verdict != Verdict.not_a_walk
+    assert np.exp(result.fit.x[LOG_F]) == pytest.approx(walks()[0].frequency_hz, rel=0.02)
+    assert not result.labels_exchanged
+    assert _error_mm(sim, result.posterior.positions_mm) < 45.0
+    assert judge(result).verdict != Verdict.not_a_walk
     truth = errors.level_angles(sim.positions_mm, sim.heading_rad)
-    assert np.degrees(np.sqrt(((found.posterior.angles_rad - truth)[:, :2] ** 2).mean())) < 9.0
+    assert np.degrees(np.sqrt(((result.posterior.angles_rad - truth)[:, :2] ** 2).mean())) < 9.0
 
 
 @pytest.mark.parametrize("heading", [0.0, 30.0])
 def test_so_many_frames_a_second_give_up_no_start_too_early(heading: float) -> None:
     sim = clip(heading, DetectorError(), seed=1, frame_rate_hz=480.0)
-    found = reconstruct(sim.pixels, np.ones(sim.pixels.shape[:2]), 480.0, sim.focal_px, prior())
-    assert not found.labels_exchanged
-    assert abs(np.degrees(found.fit.x[HEADING]) - heading) < 8.0
+    result = reconstruct(sim.pixels, np.ones(sim.pixels.shape[:2]), 480.0, sim.focal_px, prior())
+    assert not result.labels_exchanged
+    assert abs(np.degrees(result.fit.x[HEADING]) - heading) < 8.0
 
 
 def test_a_wrong_focal_length_moves_the_view_less_if_it_is_an_unknown() -> None:
     sim = clip(90.0)
-    told = 2.5 * sim.focal_px
-    given = sim.pixels + np.array([0.5 * sim.focal_px, 0.0])  # off the middle, where the view depends on it
-    known = clip(90.0).focal_px
+    described = 2.5 * sim.focal_px
+    inputs = sim.pixels + np.array([0.5 * sim.focal_px, 0.0])  # off the middle, where the view depends on it
+    finite = clip(90.0).focal_px
     headings = []
-    for focal, sd in ((known, 0.0), (told, 0.0), (told, FOCAL_SD)):
-        found = reconstruct(
-            given,
-            np.ones(given.shape[:2]),
+    for focal, sd in ((finite, 0.0), (described, 0.0), (described, FOCAL_SD)):
+        result = reconstruct(
+            inputs,
+            np.ones(inputs.shape[:2]),
             sim.frame_rate_hz,
             focal,
             prior(),
             Fitting(both_labellings=False, focal_sd=sd),
         )
-        headings.append(np.degrees(found.fit.x[HEADING]))
-    assert found.focal_px < 0.75 * told
+        headings.append(np.degrees(result.fit.x[HEADING]))
+    assert result.focal_px < 0.75 * described
     assert abs(headings[2] - headings[0]) < 0.5 * abs(headings[1] - headings[0])
 
 
 def test_labels_exchanged_throughout_are_found() -> None:
     sim = clip(30.0)
     pixels = sim.pixels[:, [0, 1, 5, 6, 7, 2, 3, 4, 8, 12, 13, 14, 9, 10, 11]]
-    found = reconstruct(pixels, np.ones(pixels.shape[:2]), sim.frame_rate_hz, sim.focal_px, prior())
-    assert found.labels_exchanged
-    assert abs(np.degrees(found.fit.x[HEADING]) - 30.0) < 8.0
+    result = reconstruct(pixels, np.ones(pixels.shape[:2]), sim.frame_rate_hz, sim.focal_px, prior())
+    assert result.labels_exchanged
+    assert abs(np.degrees(result.fit.x[HEADING]) - 30.0) < 8.0
 
 
 def test_frames_with_exchanged_legs_are_found() -> None:
     sim = clip(60.0)
     pixels = sim.pixels.copy()
     pixels[20:28, 9:12], pixels[20:28, 12:15] = sim.pixels[20:28, 12:15], sim.pixels[20:28, 9:12]
-    found = reconstruct(
+    result = reconstruct(
         pixels,
         np.ones(pixels.shape[:2]),
         sim.frame_rate_hz,
@@ -84,7 +84,7 @@ def test_frames_with_exchanged_legs_are_found() -> None:
         prior(),
         Fitting(both_labellings=False),
     )
-    frames = np.flatnonzero(found.fit.exchanged["legs"])
+    frames = np.flatnonzero(result.fit.exchanged["legs"])
     assert set(frames) <= set(range(20, 28))
     assert len(frames) >= 4  # where the legs pass each other, labels do not matter
 
@@ -93,15 +93,15 @@ def test_frames_with_exchanged_legs_are_found() -> None:
 def test_legs_alone_exchanged_throughout_are_found(heading: float, seed: int) -> None:
     sim = clip(heading, DetectorError(), seed)
     legs_exchanged = sim.pixels[:, [*range(9), 12, 13, 14, 9, 10, 11]]
-    found, right = (
+    result, right = (
         reconstruct(pixels, np.ones(pixels.shape[:2]), sim.frame_rate_hz, sim.focal_px, prior())
         for pixels in (legs_exchanged, sim.pixels)
     )
     assert not right.labels_exchanged
-    error, least = (_error_mm(sim, one.posterior.positions_mm) for one in (found, right))
+    error, least = (_error_mm(sim, first.posterior.positions_mm) for first in (result, right))
     assert error < least + 2.0
     # Of both ways to say so, to exchange the legs or to exchange all and the arms again, either will do.
-    exchanged = found.fit.exchanged["arms" if found.labels_exchanged else "legs"]
+    exchanged = result.fit.exchanged["arms" if result.labels_exchanged else "legs"]
     assert exchanged.mean() > 0.6  # where limbs pass each other, labels do not matter
 
 
@@ -109,10 +109,10 @@ def test_all_exchanged_and_again_in_most_frames_is_as_given() -> None:
     """From afar a walker and the mirror image look alike: the search comes to the given labels from the others."""
     filming = Filming(heading_rad=np.radians(96.0), speed_mm_s=1200.0, distance_mm=(9000.0, 14000.0))
     sim = simulate_keypoints(np.random.default_rng(26), motions()[0], RATE, filming, DetectorError())
-    found = reconstruct(sim.pixels, np.ones(sim.pixels.shape[:2]), sim.frame_rate_hz, 1800.0, prior())
-    assert _error_mm(sim, found.posterior.positions_mm) < 60.0
-    assert not found.labels_exchanged
-    assert found.fit.exchanged["legs"].mean() < 0.5
+    result = reconstruct(sim.pixels, np.ones(sim.pixels.shape[:2]), sim.frame_rate_hz, 1800.0, prior())
+    assert _error_mm(sim, result.posterior.positions_mm) < 60.0
+    assert not result.labels_exchanged
+    assert result.fit.exchanged["legs"].mean() < 0.5
 
 
 def test_what_is_missing_has_no_say() -> None:
@@ -120,19 +120,19 @@ def test_what_is_missing_has_no_say() -> None:
     weights = np.isfinite(sim.pixels).all(axis=-1).astype(float)
     filled = np.where(weights[..., None] > 0, sim.pixels, 1e5)
     options = Fitting(both_labellings=False, max_starts=1)
-    one = reconstruct(sim.pixels, weights, sim.frame_rate_hz, sim.focal_px, prior(), options)
+    first = reconstruct(sim.pixels, weights, sim.frame_rate_hz, sim.focal_px, prior(), options)
     other = reconstruct(filled, weights, sim.frame_rate_hz, sim.focal_px, prior(), options)
-    np.testing.assert_allclose(one.fit.x, other.fit.x, rtol=1e-9)
+    np.testing.assert_allclose(first.fit.x, other.fit.x, rtol=1e-9)
 
 
 def test_bars_are_wider_where_nothing_is_seen() -> None:
     sim = clip(90.0)
     weights = np.ones(sim.pixels.shape[:2])
     weights[:, 2:5] = 0.0  # the left arm
-    found = reconstruct(
+    result = reconstruct(
         sim.pixels, weights, sim.frame_rate_hz, sim.focal_px, prior(), Fitting(both_labellings=False)
     )
-    sd = found.posterior.sd_mm.mean(axis=(0, 2))
+    sd = result.posterior.sd_mm.mean(axis=(0, 2))
     assert sd[4] > 1.2 * sd[7]
     assert (sd[8] == 0).all()
 
@@ -141,8 +141,8 @@ def test_somebody_who_stands_does_not_walk() -> None:
     sim = clip(0.0)
     rng = np.random.default_rng(0)
     still = np.repeat(sim.pixels[:1], len(sim.pixels), axis=0) + rng.normal(scale=2.0, size=sim.pixels.shape)
-    found = reconstruct(still, np.ones(still.shape[:2]), sim.frame_rate_hz, sim.focal_px, prior())
-    assert judge(found).verdict != Verdict.walk
+    result = reconstruct(still, np.ones(still.shape[:2]), sim.frame_rate_hz, sim.focal_px, prior())
+    assert judge(result).verdict != Verdict.walk
 
 
 @pytest.mark.parametrize(
@@ -172,16 +172,16 @@ def test_nothing_is_refined_of_feet_that_move_together() -> None:
     for joint in ("knee", "ankle"):
         left, right = (WALKER15.index(f"{side}_{joint}") for side in ("left", "right"))
         pixels[:, right] = pixels[:, left] + [5.0, 0.0]
-    given = np.ones(pixels.shape[:2]), sim.frame_rate_hz, sim.focal_px, prior()
-    assert reconstruct(pixels, *given).starts.ankles_together > 0.9
-    assert reconstruct(sim.pixels, *given, Fitting(max_ankle_correlation=0.5)).starts.ankles_together < 0.0
+    inputs = np.ones(pixels.shape[:2]), sim.frame_rate_hz, sim.focal_px, prior()
+    assert reconstruct(pixels, *inputs).starts.ankles_together > 0.9
+    assert reconstruct(sim.pixels, *inputs, Fitting(max_ankle_correlation=0.5)).starts.ankles_together < 0.0
     with rejects("feet_together"):
-        reconstruct_followed(pixels, *given)
+        reconstruct_followed(pixels, *inputs)
 
 
 def test_the_median_of_what_is_seen_is_that_without_the_rest() -> None:
     generator = np.random.default_rng(0)
-    values, seen = generator.normal(size=(20, 2, 9)), generator.random((20, 1, 9)) < 0.7
-    seen[..., 0] = True
-    expected = np.nanmedian(np.where(seen, values, np.nan), axis=-1)
-    np.testing.assert_array_equal(median_of_seen(values, seen), expected)
+    values, observed = generator.normal(size=(20, 2, 9)), generator.random((20, 1, 9)) < 0.7
+    observed[..., 0] = True
+    expected = np.nanmedian(np.where(observed, values, np.nan), axis=-1)
+    np.testing.assert_array_equal(median_of_seen(values, observed), expected)

@@ -24,17 +24,17 @@ def standing() -> np.ndarray:
 
 def turned(at: np.ndarray, centre: str, joints: tuple[str, ...], degrees: float) -> np.ndarray:
     """The posture with joints turned about another, their lower parts forwards."""
-    found, c, s = at.copy(), np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    result, c, s = at.copy(), np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
     for joint in joints:
         _, y, z = at[WALKER15.index(joint)] - at[WALKER15.index(centre)]
-        found[WALKER15.index(joint), 1:] = at[WALKER15.index(centre), 1:] + [c * y - s * z, s * y + c * z]
-    return found
+        result[WALKER15.index(joint), 1:] = at[WALKER15.index(centre), 1:] + [c * y - s * z, s * y + c * z]
+    return result
 
 
 def said(at: np.ndarray) -> dict[str, float]:
     """Angles that are not zero, in degrees."""
-    found = zip(ANGLES, np.degrees(sagittal_angles(at)).round(6).tolist(), strict=True)
-    return {name: angle for name, angle in found if angle}
+    result = zip(ANGLES, np.degrees(sagittal_angles(at)).round(6).tolist(), strict=True)
+    return {name: angle for name, angle in result if angle}
 
 
 def test_flexion_is_positive_and_extension_negative() -> None:
@@ -77,8 +77,8 @@ def test_derivatives_are_those_of_the_angles(seed: int) -> None:
     at = standing() + rng.normal(size=(15, 3)) * 60
     step = rng.normal(size=(15, 3))
     expected = np.einsum("ajx,jx->a", sagittal_slopes(at), step)
-    found = (sagittal_angles(at + 1e-4 * step) - sagittal_angles(at - 1e-4 * step)) / 2e-4
-    np.testing.assert_allclose(found, expected, rtol=1e-4, atol=1e-8)
+    result = (sagittal_angles(at + 1e-4 * step) - sagittal_angles(at - 1e-4 * step)) / 2e-4
+    np.testing.assert_allclose(result, expected, rtol=1e-4, atol=1e-8)
 
 
 def test_angles_go_around_the_circle() -> None:

@@ -27,22 +27,22 @@ def test_every_walker_has_the_same_height() -> None:
 
 def test_the_model_of_mirrored_people_is_the_same() -> None:
     people = np.arange(len(walks()))
-    one = train(list(walks()), people)
+    first = train(list(walks()), people)
     mirrored = [
         type(w)(mirror_image(w.walker), w.frequency_hz, w.aperiodic_variance, w.height_mm) for w in walks()
     ]
     other = train(mirrored, people)
-    np.testing.assert_allclose(other.mean, one.mean, atol=1e-8)
-    np.testing.assert_allclose(other.covariance, one.covariance, atol=1e-6)
-    np.testing.assert_allclose(one.aperiodic_variance[list(WALKER15.mirror)], one.aperiodic_variance)
-    np.testing.assert_allclose(mirror_image(one.mean), one.mean, atol=1e-8)
+    np.testing.assert_allclose(other.mean, first.mean, atol=1e-8)
+    np.testing.assert_allclose(other.covariance, first.covariance, atol=1e-6)
+    np.testing.assert_allclose(first.aperiodic_variance[list(WALKER15.mirror)], first.aperiodic_variance)
+    np.testing.assert_allclose(mirror_image(first.mean), first.mean, atol=1e-8)
 
 
 def test_who_is_twice_as_tall_is_the_same_walker() -> None:
     motion = motions()[0] + np.random.default_rng(0).normal(scale=5.0, size=motions()[0].shape)
-    one, other = (training_walk(size * motion, RATE, size * 1600.0) for size in (1.0, 2.0))
-    np.testing.assert_allclose(other.walker, one.walker, atol=1e-6)
-    np.testing.assert_allclose(other.aperiodic_variance, one.aperiodic_variance, rtol=1e-6)
+    first, other = (training_walk(size * motion, RATE, size * 1600.0) for size in (1.0, 2.0))
+    np.testing.assert_allclose(other.walker, first.walker, atol=1e-6)
+    np.testing.assert_allclose(other.aperiodic_variance, first.aperiodic_variance, rtol=1e-6)
 
 
 def test_walks_of_one_person_count_as_one_person() -> None:
@@ -117,14 +117,14 @@ def test_knees_that_a_laboratory_puts_elsewhere_are_seen_from_the_side(shift_mm:
     for unfamiliar in (0.0, 1.0):
         filming = Filming(heading_rad=np.radians(90.0), speed_mm_s=1200.0)
         sim = simulate_keypoints(np.random.default_rng(0), moved(motions()[0]), RATE, filming, CLEAN)
-        found = reconstruct(
+        result = reconstruct(
             sim.pixels, np.ones(sim.pixels.shape[:2]), sim.frame_rate_hz, sim.focal_px,
             prepare(prior().model, Detector(), unfamiliar=unfamiliar), Fitting(both_labellings=False),
         )  # fmt: skip
         of_knees = [
             level_angles(positions, at)[:, KNEES]
             for positions, at in (
-                (found.posterior.positions_mm, headings(found)), (sim.positions_mm, sim.heading_rad),
+                (result.posterior.positions_mm, headings(result)), (sim.positions_mm, sim.heading_rad),
             )
         ]  # fmt: skip
         errors.append(abs(np.degrees(of_knees[0] - of_knees[1]).mean()))

@@ -59,7 +59,7 @@ def test_every_threshold_parts_what_is_below_from_what_is_above(
     monkeypatch.setattr(verdicts, "bounce", lambda _: facts["bounce"])
     angles = {"left_knee": 0.0, "right_knee": facts["knee_deg"]}
     angles_rad = np.radians([[angles.get(angle, -40.0) for angle in ANGLES]])
-    found = judge(
+    result = judge(
         SimpleNamespace(  # type: ignore[arg-type]
             **facts,
             starts=SimpleNamespace(
@@ -69,8 +69,8 @@ def test_every_threshold_parts_what_is_below_from_what_is_above(
             candidates=[SimpleNamespace(frequency_hz=facts["stride_hz"])],
         )
     )
-    assert found.verdict == verdict
-    assert [words in reason for reason in found.reasons] == [True] * (verdict != "walk")
+    assert result.verdict == verdict
+    assert [words in reason for reason in result.reasons] == [True] * (verdict != "walk")
 
 
 def seen_trunk(times: np.ndarray, rise: float, noise_px: np.ndarray) -> SimpleNamespace:
@@ -99,9 +99,9 @@ def test_a_bounce_is_raised_by_twice_its_standard_error(rise: float) -> None:
     assert bounce(seen_trunk(times, rise, np.zeros(80))) == pytest.approx(rise, abs=1e-9)  # type: ignore[arg-type]
     generator = np.random.default_rng(0)
     noise = generator.normal(scale=20.0, size=(400, 80))
-    found = np.array([bounce(seen_trunk(times, rise, one)) for one in noise])  # type: ignore[arg-type]
-    assert (found.mean() - rise) / found.std() == pytest.approx(2.0, abs=0.3)
+    result = np.array([bounce(seen_trunk(times, rise, first)) for first in noise])  # type: ignore[arg-type]
+    assert (result.mean() - rise) / result.std() == pytest.approx(2.0, abs=0.3)
     # Frames between, with the same errors, say nothing more.
     twice = np.sort(np.concatenate([times, times + 1e-6]))
     again = bounce(seen_trunk(twice, rise, np.repeat(noise[0], 2)))  # type: ignore[arg-type]
-    assert again == pytest.approx(found[0], abs=1e-3)
+    assert again == pytest.approx(result[0], abs=1e-3)
