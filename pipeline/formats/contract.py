@@ -40,7 +40,7 @@ damaged = InvalidInput
 """Error for a file that cannot be used: what is wrong, where, what was expected, what was found.
 
 >>> print(damaged("a frame has a wrong number of values", "a.bvh, line 35", 10, 9))
-a.bvh, line 35: a frame has a wrong number of values (expected 10, received 9)
+a.bvh, line 35: a frame has a wrong number of values (expected 10, found 9)
 """
 
 

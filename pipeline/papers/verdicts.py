@@ -193,7 +193,7 @@ def _untestable(claim: Claim, found: Evidence, data_name: str) -> str:
         return f"too few people: {found.people}, and fewer than {claim.scope.people} decide nothing"
     if 0 < found.drawn < FEWEST_COVERED:
         too_few = f"too few people: an interval over fewer than {FEWEST_COVERED} does not hold its level"
-        return f"{found.value} {claim.unit}".rstrip() + f": {too_few} (received {found.drawn})"
+        return f"{found.value} {claim.unit}".rstrip() + f": {too_few} (found {found.drawn})"
     return found.doubt
 
 

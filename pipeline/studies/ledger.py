@@ -280,7 +280,7 @@ def _not_met(claim: papers.Claim, frames: Mapping[str, pd.DataFrame], measures: 
             and set(condition.tables) <= set(frames)
             and value not in condition.bounds.agrees
         ):
-            return f"{name} is not met (expected {condition.bounds.agrees}, received {value:.4g})"
+            return f"{name} is not met (expected {condition.bounds.agrees}, found {value:.4g})"
     return ""
 
 

@@ -259,7 +259,7 @@ def test_a_claim_whose_condition_is_not_met_cannot_be_tested() -> None:
         anew = {"method": np.array(["map"]), "relative_difference": np.array([difference])}
         verdict = thirty_percent({**tables, "table_recomputed": anew})
         assert verdict.agreement == described
-    assert "zhang2007_leave_one_out is not met (expected at most 1e-06, received 0.01)" in verdict.why
+    assert "zhang2007_leave_one_out is not met (expected at most 1e-06, found 0.01)" in verdict.why
 
 
 def test_an_extreme_near_a_bound_does_not_agree_though_no_person_drawn_again_exceeds_it() -> None:
