@@ -41,13 +41,13 @@ class Space3D(View):
 class Image2D(View):
     """View of skeletons in an image, upright; `shown` as in `Space3D`.
 
-    The field `beside` names a view in space of the same bodies and the same height in the layout.  Both views then have
-    the same scale.
+    The field `next_to` names a view in space of the same bodies and the same height in the layout.  Both views then
+    have the same scale.
     """
 
     origin: str = "image"
     shown: tuple[str, ...] = ()
-    beside: Space3D | None = None
+    next_to: Space3D | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -142,14 +142,14 @@ class SkeletonRow:
         The posture.
     others : (n, J, 2) float
         Postures that are drawn over it.
-    beside : sequence of int
+    separate : sequence of int
         Indices of the others that are also drawn one by one over the posture, next to it.
     """
 
     label: str
     centre: np.ndarray
     others: np.ndarray
-    beside: Sequence[int]
+    separate: Sequence[int]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -155,9 +155,9 @@ def framed(view: Space3D, extents: Extents) -> tuple[np.ndarray, np.ndarray]:
 def image_bounds(view: Image2D, extents: Extents) -> tuple[np.ndarray, np.ndarray]:
     """Return the upper left and the lower right corner of an image's view, metres."""
     low, high = _box(view, extents, margin=(1.0 / _FILL_SHARE - 1.0) / 2.0, paths=view.shown)
-    if view.beside is None:
+    if view.next_to is None:
         return low, high
-    position, target = framed(view.beside, extents)
+    position, target = framed(view.next_to, extents)
     half = np.array([0.0, _HALF_VIEW * np.linalg.norm(position - target)])
     middle, wide = (low + high) / 2.0, np.array([(high - low)[0] / 2.0, 0.0])
     return middle - half - wide, middle + half + wide

@@ -235,7 +235,7 @@ def test_a_view_and_the_image_beside_it_show_a_body_at_one_height() -> None:
         "image": Extent((-0.3, -1.75), (0.3, 0.05)),
     }
     space = Space3D(name="space", aspect=2.0)
-    (left, top), (right, bottom) = image_bounds(Image2D(name="image", beside=space), extents)
+    (left, top), (right, bottom) = image_bounds(Image2D(name="image", next_to=space), extents)
     eye, target = framed(space, extents)
     alone_top, alone_bottom = (c[1] for c in image_bounds(Image2D(name="image"), extents))
     np.testing.assert_allclose(bottom - top, alone_bottom - alone_top)  # of the same body, the same share
@@ -244,7 +244,7 @@ def test_a_view_and_the_image_beside_it_show_a_body_at_one_height() -> None:
     # Three bodies side by side are seen from farther away, and so is the image.
     wide = {**extents, "world": Extent((-3.0, -0.5, 0.0), (3.0, 0.5, 1.8))}
     far, _ = framed(space, wide)
-    (_, high), (_, low) = image_bounds(Image2D(name="image", beside=space), wide)
+    (_, high), (_, low) = image_bounds(Image2D(name="image", next_to=space), wide)
     np.testing.assert_allclose(
         (low - high) / (bottom - top), np.linalg.norm(far - target) / np.linalg.norm(eye - target)
     )

@@ -79,7 +79,7 @@ class Observations:
 
     @cached_property
     def sums(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """By what gradient, diagonal and blocks of the curvature are summed over frames: the last of each is one.
+        """Weights of the sums over frames for gradient, diagonal and blocks of the curvature; the last of each is one.
 
         The basis (F, K + 1), its squares, and products of its columns, then the basis (F, n + K + 1).
         """
@@ -111,7 +111,7 @@ def observe(
     basis: np.ndarray,
     penalty: np.ndarray,
 ) -> Observations:
-    """Observations from images in the order of the house, with what is not known marked as not seen.
+    """Observations from images; joints with unknown image, camera or root count as not seen.
 
     Parameters
     ----------

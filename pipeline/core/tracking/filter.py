@@ -1,4 +1,4 @@
-"""Particle filter with the action model as prior: what mozerov2006 learns the model for (its sections 1 and 4).
+"""Particle filter with the action model as prior, the application in mozerov2006 (sections 1 and 4).
 
 "This knowledge is subsequently used in a particle filter tracking framework to prune those predictions which are
 not likely to be found in that action": the paper leaves the framework to the reader; this is ours.  Predictions are
@@ -22,7 +22,7 @@ from pipeline.core.tracking.prediction import Dynamics, Walk
 from pipeline.validation import InvalidInput
 
 _UNDERFLOW = np.log(np.nextafter(0.0, 1.0))
-"""Logarithm of the smallest positive double: what is less likely has a weight of zero."""
+"""Logarithm of the smallest positive double; smaller likelihoods have a weight of zero."""
 
 
 @dataclass(frozen=True)

@@ -53,7 +53,7 @@ class Likelihood:
     noise: float | np.ndarray
     place_known: bool = True
     seen: np.ndarray = field(init=False, repr=False)
-    """(T, J) bool: which joints take part."""
+    """True for joints (T, J) in the likelihood."""
 
     def __post_init__(self) -> None:
         require_range("noise", np.min(self.noise), above=0)
@@ -62,7 +62,7 @@ class Likelihood:
 
     @property
     def frames(self) -> int:
-        """T."""
+        """Number of frames T."""
         return len(self.image)
 
     @cached_property

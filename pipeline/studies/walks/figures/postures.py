@@ -229,7 +229,7 @@ class Postures(Figure):
                         name=f"observed at {views[middle]:g}°",
                         contents=(f"image/observed/view_{views[middle]:g}",),
                         shown=(f"image/observed/view_{views[middle]:g}/{displayed}",),
-                        beside=spaces[middle],
+                        next_to=spaces[middle],
                     ),
                     Notes(),
                     shares=(4, 3, 2),
