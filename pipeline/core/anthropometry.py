@@ -34,15 +34,15 @@ SEGMENTS = {"thigh": 0.245, "shank": 0.246, "ankle_height": 0.039, "upper_arm": 
 TRUNK, NECK_AND_HEAD, SHOULDER_DROP = 0.295, 0.105, 0.015
 """Heights over the stature H: hip axis to sternum, sternum to the centre of the head, shoulder centres to sternum.
 
-The virtual sternum is midway between C7 and the notch, at 0.825 H.  The centre of the head is at 0.93 H.  Read: Drillis &
-Contini 1966 heights (hip 0.530, shoulder 0.818, chin 0.870).
+The virtual sternum is midway between C7 and the notch, at 0.825 H.  The centre of the head is at 0.93 H.  Read:
+Drillis & Contini 1966 heights (hip 0.530, shoulder 0.818, chin 0.870).
 """
 
 LEG_SHARE_CV, TRUNK_SHARE_CV, ARM_SHARE_CV, SEGMENT_CV, HEAD_CV = 0.025, 0.02, 0.025, 0.012, 0.05
 """Coefficients of variation of proportions at equal stature.
 
-They are for the leg, the trunk, the arm, one segment relative to its neighbour, and the head.  Assumed from Gordon et al.
-1989 (crotch height, sleeve: residual SD 2–3 %).
+They are for the leg, the trunk, the arm, one segment relative to its neighbour, and the head.  Assumed from Gordon
+et al. 1989 (crotch height, sleeve: residual SD 2–3 %).
 """
 
 BIACROMIAL_MM = {True: (397.0, 18.0), False: (362.6, 17.4)}

@@ -173,4 +173,4 @@ def minimise(
 def _rounding(given: Observations) -> float:
     """Cost at which residuals are rounding, px²."""
     largest = max(np.abs(given.images).max(), np.abs(given.projection[:, :2]).max())
-    return 0.5 * given.seen.sum() * (_ROUNDING_PX * float(largest)) ** 2
+    return 0.5 * given.visible.sum() * (_ROUNDING_PX * float(largest)) ** 2

@@ -3,7 +3,7 @@
 All in one file, as those of `binary_quadratic`: what numba keeps on disk goes by the file of the kernel.  Symbols are
 those of `equations` and `reprojection`; others:
 
-``seen_by``  what a camera saw: images (L, F, 2), seen (L, F), projection (F, 3, 3), centre (F, 3), root (F, 3)
+``seen_by``  what a camera saw: images (L, F, 2), visible (L, F), projection (F, 3, 3), centre (F, 3), root (F, 3)
 ``tree``     parents (L,), lengths (L,) mm, charts (L, 3, 3)
 ``lines``    (L, M): each limb itself and the limbs that carry it, the nearest first, then -1
 """

@@ -230,7 +230,7 @@ def _refinement(
         coefficients_phi=unknowns[:, most : 2 * most].copy(),
         lengths=reprojection.lengths_mm(given, unknowns).copy(),
         chart=given.charts,
-        reprojection_error_px=np.sqrt(np.nanmean(np.where(given.seen, distance, np.nan) ** 2)),
+        reprojection_error_px=np.sqrt(np.nanmean(np.where(given.visible, distance, np.nan) ** 2)),
         cost=lowest,
         converged=converged,
         n_iterations=iterations,
@@ -241,7 +241,7 @@ def _softened(given: Observations, unknowns: np.ndarray, cutoff: float) -> Obser
     """The observations with the penalty of a soft basis, scaled by each limb's mean square pixels per radian."""
     by_position, movement = reprojection.linearise(given, unknowns)
     by_angle = by_position @ movement.swapaxes(2, 3)
-    count = given.seen.sum(axis=1)
+    count = given.visible.sum(axis=1)
     squares = 0.5 * (by_angle**2).sum(axis=(1, 2, 3)) / np.maximum(count, 1)
     # A limb whose end is never seen has no pixels of its own.
     squares = np.where(count > 0, squares, squares[count > 0].mean())
@@ -252,7 +252,7 @@ def _softened(given: Observations, unknowns: np.ndarray, cutoff: float) -> Obser
 
 
 def _check_start(given: Observations, unknowns: np.ndarray, called: Sequence[str]) -> None:
-    if not given.seen.any():
+    if not given.visible.any():
         raise InvalidInput(
             "nothing was seen",
             expected="another joint than the root where camera and root are known",

@@ -28,7 +28,7 @@ BOW_DEG = 25.0
 """Largest range of the trunk's pitch, 5th to 95th percentile: walks have 10, bends at least 50 degrees."""
 
 USUAL_W, STRIDE_POWER = (0.115, 0.25), 0.7
-"""Usual range of ``w``, and its power of the stride length.
+"""Usual range of ``w``, and the power of the stride in its definition.
 
 120 recorded walks have ``w`` from 0.118 to 0.209.  At half or double the frame rate nearly all are outside.
 """

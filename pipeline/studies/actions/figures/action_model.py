@@ -164,7 +164,7 @@ class ActionModelFigure(Figure):
             bodies = Space3D(
                 name="mean performance and median sequence",
                 contents=("world/mean_performance", "world/performances"),
-                shown=("world/mean_performance", f"world/performances/{entity_name(names[median])}"),
+                focus=("world/mean_performance", f"world/performances/{entity_name(names[median])}"),
             )
             everybody = Space3D(name="all performances, synchronized", contents=bodies.contents)
             below = Columns(Matrix(name="distances C(n, m)"), Notes())
