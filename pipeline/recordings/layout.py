@@ -99,7 +99,7 @@ def _part(part: View | Split, timeline: str, extents: Extents) -> rrb.Container 
 
 
 def _view(view: View, timeline: str, extents: Extents) -> rrb.View:
-    for path in (*(view.contents or (view.origin,)), *getattr(view, "shown", ())):
+    for path in (*(view.contents or (view.origin,)), *getattr(view, "focus", ())):
         if not _below(path, extents):
             raise InvalidInput(
                 f"the recording has no entity at {path!r}",
