@@ -53,7 +53,7 @@ _ROUNDING = 1e-12
 
 @dataclass(frozen=True)
 class Reconstructibility:
-    """Reconstructibility of a limb, or of all limbs of a clip: ambiguous alternative compared with the truth.
+    """Reconstructibility of a limb, or of all limbs of a clip: the impostor (all other candidates) against the truth.
 
     Attributes
     ----------
