@@ -26,12 +26,12 @@ class View:
 class Space3D(View):
     """View of skeletons in space, framed to fill the view.
 
-    With `shown`, only these entities are framed, and all others start hidden.  The camera looks from `eye_mm` in the
+    With `focus`, only these entities are framed, and all others start hidden.  The camera looks from `eye_mm` in the
     direction of `target_mm`; its distance is computed.  The view's width over height in the layout is about `aspect`.
     """
 
     origin: str = "world"
-    shown: tuple[str, ...] = ()
+    focus: tuple[str, ...] = ()
     eye_mm: tuple[float, float, float] = (2000.0, 1750.0, 1300.0)
     target_mm: tuple[float, float, float] = (0.0, 0.0, 850.0)
     aspect: float = 1.0
@@ -39,15 +39,15 @@ class Space3D(View):
 
 @dataclass(frozen=True, kw_only=True)
 class Image2D(View):
-    """View of skeletons in an image, upright; `shown` as in `Space3D`.
+    """View of skeletons in an image, upright; `focus` as in `Space3D`.
 
-    The field `beside` names a view in space of the same bodies and the same height in the layout.  Both views then have
-    the same scale.
+    The field `next_to` names a view in space of the same bodies and the same height in the layout.  Both views then
+    have the same scale.
     """
 
     origin: str = "image"
-    shown: tuple[str, ...] = ()
-    beside: Space3D | None = None
+    focus: tuple[str, ...] = ()
+    next_to: Space3D | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -142,14 +142,14 @@ class SkeletonRow:
         The posture.
     others : (n, J, 2) float
         Postures that are drawn over it.
-    beside : sequence of int
+    separate : sequence of int
         Indices of the others that are also drawn one by one over the posture, next to it.
     """
 
     label: str
     centre: np.ndarray
     others: np.ndarray
-    beside: Sequence[int]
+    separate: Sequence[int]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -123,7 +123,7 @@ def calibrate(
     Raises
     ------
     InvalidInput
-        If there is no walk, the number of names differs, a walk is one of the model's or unfit for `from_view`, or the
+        If `walks` is empty, the number of names differs, a walk is one of the model's or unfit for `from_view`, or the
         model does not come from `fit`.
     """
     if not isinstance(model, WalkersModel):

@@ -19,7 +19,7 @@ AGE_BETA = (1.7, 4.3)
 Shape assumed."""
 
 STATURE_MM = {True: (1755.8, 66.8), False: (1629.4, 63.6)}
-"""Mean and SD by sex (male: True).  Published: Gordon et al. 1989 (men ✓)."""
+"""Mean and SD of the stature, mm, by sex (male: True).  Published: Gordon et al. 1989 (men ✓)."""
 
 GROWTH_AGE_YEARS = (13.0, 14.0, 15.0, 16.0, 17.0, 18.0)
 GROWTH = {
@@ -29,31 +29,38 @@ GROWTH = {
 """Median stature over adult median.  Read: Kuczmarski et al. 2002 (growth charts)."""
 
 SEGMENTS = {"thigh": 0.245, "shank": 0.246, "ankle_height": 0.039, "upper_arm": 0.186, "forearm": 0.146}
-"""Published: Drillis & Contini 1966."""
+"""Lengths of segments over the stature.  Published: Drillis & Contini 1966."""
 
 TRUNK, NECK_AND_HEAD, SHOULDER_DROP = 0.295, 0.105, 0.015
-"""Hip axis to the virtual sternum (midway between C7 and the notch, 0.825 H), sternum to the centre of the
-head (0.93 H), and how far the shoulder centres lie below the sternum.  Read: Drillis & Contini 1966 heights
-(hip 0.530, shoulder 0.818, chin 0.870)."""
+"""Heights over the stature H: hip axis to sternum, sternum to the centre of the head, shoulder centres to sternum.
+
+The virtual sternum is midway between C7 and the notch, at 0.825 H.  The centre of the head is at 0.93 H.  Read:
+Drillis & Contini 1966 heights (hip 0.530, shoulder 0.818, chin 0.870).
+"""
 
 LEG_SHARE_CV, TRUNK_SHARE_CV, ARM_SHARE_CV, SEGMENT_CV, HEAD_CV = 0.025, 0.02, 0.025, 0.012, 0.05
-"""Spread of proportions at equal stature: the whole leg (trunk moves against it), the arm, and one segment
-against its neighbour.  Assumed from Gordon et al. 1989 (crotch height, sleeve: residual SD 2–3 %)."""
+"""Coefficients of variation of proportions at equal stature.
+
+They are for the leg, the trunk, the arm, one segment relative to its neighbour, and the head.  Assumed from Gordon
+et al. 1989 (crotch height, sleeve: residual SD 2–3 %).
+"""
 
 BIACROMIAL_MM = {True: (397.0, 18.0), False: (362.6, 17.4)}
 BIACROMIAL_TO_SHOULDER_CENTRES = 0.90
-"""Breadth: published, Gordon et al. 1989.  The joint centres lie some 18 mm inside each acromion: assumed."""
+"""Breadth between the acromia, published: Gordon et al. 1989.  Joint centres 18 mm inside each acromion: assumed."""
 
 HIP_CENTRES_MM = {True: (172.0, 9.0), False: (172.0, 9.0)}
-"""Distance of hip joint centres, alike in men and women, so wider for stature in women.  Read: Bell et al.
+"""Mean and SD of the distance between the hip joint centres, mm, equal for men and women.  Read: Bell et al.
 1990; Seidel et al. 1995."""
 
 BREADTH_STATURE_CORRELATION = 0.4
 """Correlation of breadths with stature.  Read: Gordon et al. 1989 (0.3–0.5)."""
 
 LEG_INEQUALITY_SD_MM = 5.0
-"""Right less left.  Published order: Knutson 2005 (mean magnitude 5.2 mm)."""
+"""SD of the difference between right and left leg, mm.  Published order: Knutson 2005 (mean magnitude 5.2 mm)."""
 
 FOOT_HEEL, FOOT_BALL = 0.026, 0.073
-"""Floor point of the heel behind, and of the ball ahead of, the ankle.  Read: Winter 1991; Drillis & Contini
-1966 (foot length 0.152)."""
+"""Distances of heel (behind) and ball (ahead) from the ankle on the floor, over the stature.
+
+Read: Winter 1991; Drillis & Contini 1966 (foot length 0.152).
+"""

@@ -55,7 +55,7 @@ class ASpace:
         return (np.asarray(postures, float) - self.mean) @ self.components.T
 
     def postures(self, coordinates: np.ndarray) -> np.ndarray:
-        """Postures (…, 37) of points (…, b) of the aSpace; blended cosines, to be renormalised before drawing."""
+        """Postures (…, 37) of points (…, b) of the aSpace; the cosines must be normalised before drawing."""
         return self.mean + np.asarray(coordinates, float) @ self.components
 
 

@@ -17,7 +17,7 @@ from scipy import special
 from pipeline.validation import InvalidInput
 
 RESAMPLES = 2000
-"""Replicates of a published interval."""
+"""Number of replicates of a published interval."""
 
 LEVEL = 0.95
 """Coverage of a published interval."""
@@ -107,13 +107,13 @@ def percentile_interval(replicates: np.ndarray) -> tuple[np.ndarray, np.ndarray]
 
 
 FEWEST_CORRECTED = 10
-"""Fewer clusters get Student's interval: they are too few to estimate bias and skewness."""
+"""Smallest number of clusters for a BCa interval; fewer get Student's interval."""
 
 
 def cluster_interval(
     value: float, replicates: np.ndarray, left_out: np.ndarray, clusters: int
 ) -> tuple[float, float]:
-    """Return the interval of a statistic over clusters, which holds its level for few of them as well.
+    """Return the interval of a statistic over clusters, with its nominal coverage also for few clusters.
 
     Of ten clusters and more, bias-corrected and accelerated percentiles, their levels expanded by Student's quantile
     and ``sqrt(C / (C - 1))``, which the percentiles of few clusters lack; of fewer, Student's interval with the

@@ -1,4 +1,4 @@
-"""Choices that do not depend on rounding: among nearly equal values, and evenly among many.
+"""Choices that do not depend on rounding: among nearly equal values, and of evenly spaced indices.
 
 The last digits of a sum depend on the processor.  Where two candidates tie, the lower of the two computed values may
 therefore be either; the rule here takes the first candidate that is not worse by more than a stated relative margin.
@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 MARGIN = 1e-10
-"""Relative difference at which two costs count as equal: some thousand roundings of sums of a hundred squares."""
+"""Relative difference below which two costs count as equal, well above the rounding of long sums."""
 
 
 def first_lowest(values: np.ndarray, *, axis: int = -1, margin: float = MARGIN) -> np.ndarray:

@@ -21,7 +21,7 @@ from pipeline.validation import require_choice
 
 
 def parseval_weights(blocks: int) -> np.ndarray:
-    """1, ½, ½, … (1 + 2H,): weight of each coefficient in the mean square over a cycle."""
+    """Weights (1 + 2H,) of the coefficients in the mean square over a cycle: 1, ½, ½, …."""
     return np.concatenate([[1.0], np.full(blocks - 1, 0.5)])
 
 

@@ -1,4 +1,4 @@
-"""Difference of two recordings in the proportions of limbs and in postures, compared with that of two people.
+"""Likeness of the people in two recordings, by proportions of limbs and by postures.
 
 A copy may be cut, shifted, resampled, mirrored, resized or noisy.  Two differences tell people apart, whatever the
 place, heading, size, side and order in time:
@@ -86,7 +86,7 @@ def likeness(positions: np.ndarray, valid: np.ndarray, frame_rate_hz: float) -> 
 
 
 def limb_differences(one: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Return how much the limbs (8,) differ from those of others (N, 8), or from their mirror images, per cent (N,).
+    """Return the differences (N,), per cent, of limbs (8,) from those of others (N, 8) or their mirror images.
 
     NaN where fewer than six limbs are known of both, for legs alone do not tell people apart.
     """
@@ -103,7 +103,7 @@ def limb_differences(one: np.ndarray, others: np.ndarray) -> np.ndarray:
 
 
 def posture_difference_mm(one: np.ndarray, other: np.ndarray) -> float:
-    """Return how far the postures (N, 15, 3) of a recording are from those of another, or from their mirror images."""
+    """Return the distance of the postures (N, 15, 3) of a recording from another's, or from their mirror images."""
     short, long = sorted((one, other), key=len)
     short = short[:: -(-len(short) // _MOST_ASKED) or 1]
     mirrored = long[:, WALKER15.mirror] * [-1.0, 1.0, 1.0]

@@ -27,10 +27,10 @@ _SAME_MAGNITUDE = 1e-6
 """Relative difference below which two entries of a component are tied; the earlier one then fixes the sign."""
 
 _WELL_DETERMINED = 1e-5
-"""Ratio of the smallest to the largest variance above which both are computed from products of samples."""
+"""Ratio of smallest to largest variance above which variances are computed from products of samples."""
 
 _MANY, _FOLDS_AT_A_TIME = 4, 64
-"""Samples per dimension from which folds share their sums, and the number of folds that share them."""
+"""Samples per dimension from which folds share sums, and number of folds in a block with shared sums."""
 
 _NO_VARIATION = 1e-12
 """Standard deviation along an eigenwalker, relative to the largest, at which it is rounding."""
@@ -144,7 +144,7 @@ def fit(
 def _model(
     mean: np.ndarray, squares: np.ndarray, components: np.ndarray, divisor: int, last_scale: float
 ) -> LinearModel:
-    """Return a model of the squares of all singular values, and of the directions that are kept."""
+    """Return the model of squared singular values and the retained directions."""
     largest = first_lowest(-np.abs(components), margin=_SAME_MAGNITUDE)
     signs = np.where(components[np.arange(len(components)), largest] < 0, -1.0, 1.0)
     variances = squares / divisor
@@ -184,7 +184,7 @@ def leave_one_out(
     scale_last: float | None = 1.0,
     only: Sequence[int] | None = None,
 ) -> Iterator[tuple[LinearModel, int]]:
-    """Pairs (model without walker r, r), for every r in order; there is no other way to get a fold of one walker.
+    """Pairs (model without walker r, r) for every r in order: leave-one-person-out.
 
     Parameters
     ----------
@@ -225,40 +225,42 @@ def leave_one_out(
             code="too_few_people",
             count=len(np.unique(labels)),
         )
-    rows, of = samples, labels
+    rows, owners = samples, labels
     if mirrors is not None:
-        rows, of = np.concatenate([samples, np.asarray(mirrors, float)]), np.tile(labels, 2)
+        rows, owners = np.concatenate([samples, np.asarray(mirrors, float)]), np.tile(labels, 2)
     left_out = range(len(samples)) if only is None else only
     if len(rows) < _MANY * rows.shape[1] or scale_last != 1.0 or not np.isfinite(rows).all():
         for r in left_out:
-            yield fit(rows[of != labels[r]], n_components, divisor=divisor, scale_last=scale_last), r
+            yield fit(rows[owners != labels[r]], n_components, divisor=divisor, scale_last=scale_last), r
         return
     for start in range(0, len(left_out), _FOLDS_AT_A_TIME):
         block = left_out[start : start + _FOLDS_AT_A_TIME]
-        for r, (mean, products, count) in zip(block, _moments_without(rows, of, labels[block]), strict=True):
+        for r, (mean, products, count) in zip(
+            block, _moments_without(rows, owners, labels[block]), strict=True
+        ):
             squares, directions = np.linalg.eigh(products)
             squares, rank = np.maximum(squares[::-1], 0.0), min(n_components, len(squares))
             if squares[rank - 1] > _WELL_DETERMINED * squares[0]:
                 components = directions[:, ::-1].T[:rank]
                 yield _model(mean, squares, components, count - (divisor == "R-1"), 1.0), r
             else:
-                yield fit(rows[of != labels[r]], n_components, divisor=divisor), r
+                yield fit(rows[owners != labels[r]], n_components, divisor=divisor), r
 
 
 def _moments_without(
-    rows: np.ndarray, of: np.ndarray, people: np.ndarray
+    rows: np.ndarray, owners: np.ndarray, people: np.ndarray
 ) -> Iterator[tuple[np.ndarray, np.ndarray, int]]:
-    """Mean (D,), products of deviations (D, D) and number of the rows without each of some people.
+    """Mean (D,), products of deviations (D, D) and number of the rows that remain without each person.
 
     Rows of other people are summed once. No sum is subtracted again, so that the person who is left out
     moves no digit.
     """
-    near = np.isin(of, people)
+    near = np.isin(owners, people)
     centre = np.zeros(rows.shape[1]) if near.all() else rows[~near].mean(axis=0)
     far = rows[~near] - centre
-    products, rows, of = far.T @ far, rows[near] - centre, of[near]
+    products, rows, owners = far.T @ far, rows[near] - centre, owners[near]
     for person in people:
-        others = rows[of != person]
+        others = rows[owners != person]
         count = len(far) + len(others)
         shift = others.sum(axis=0) / count
         yield centre + shift, products + others.T @ others - count * np.outer(shift, shift), count
@@ -273,7 +275,7 @@ def leave_two_out(
     divisor: str = "R-1",
     scale_last: float | None = 1.0,
 ) -> Iterator[tuple[LinearModel, int, int]]:
-    """Triples (model without groups g and h, g, h), for every pair g < h: what a choice made without g is tried on.
+    """Triples (model without groups g and h, g, h) for every pair g < h: the inner folds of a nested validation.
 
     Parameters
     ----------
@@ -302,7 +304,7 @@ def leave_two_out(
 
 
 def truncated(model: LinearModel, n_components: int) -> LinearModel:
-    """The model with its first components alone."""
+    """Model with only its first components."""
     return replace(
         model, components=model.components[:n_components], eigenvalues=model.eigenvalues[:n_components]
     )
@@ -354,7 +356,7 @@ def largest_coefficients(model: LinearModel, samples: np.ndarray) -> np.ndarray:
 def coefficients(
     model: LinearModel, samples: np.ndarray, *, measured: np.ndarray | None = None
 ) -> np.ndarray:
-    """Coefficients (R, N) of samples (R, D) seen whole, mm; of the measured joints (15,) alone if some were not."""
+    """Coefficients (R, N), mm, of samples (R, D), from the measured joints (15,) only."""
     scaled = np.array(samples, float)
     scaled[:, -1] *= model.last_scale
     if measured is None or measured.all():

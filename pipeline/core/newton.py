@@ -1,4 +1,4 @@
-"""Minima of functions of one variable, each inside its own bracket, by Newton's method that cannot leave it.
+"""Minima of functions of one variable, by Newton's method inside a bracket for each.
 
 Symbols
 -------
@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 Slopes = Callable[[np.ndarray, np.ndarray], np.ndarray]
-"""Slopes (n,) of the functions with these indices (n,) at these points (n,)."""
+"""Function of indices (n,) and points (n,) that returns the slopes (n,) of these functions."""
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ _ROUNDING = 1e-6
 
 @dataclass(frozen=True)
 class Pinhole:
-    """One camera for all frames, or one for each of F frames; a frame of NaN is a camera that is not known.
+    """Perspective camera, for all frames or for each of F frames; NaN marks frames with an unknown camera.
 
     Attributes
     ----------
@@ -87,8 +87,8 @@ class Pinhole:
         """Number of frames F, or None where one camera serves all."""
         per_frame = [
             len(value)
-            for value, own in ((self.intrinsics, 2), (self.rotation, 2), (self.centre, 1))
-            if value.ndim > own
+            for value, dimensions in ((self.intrinsics, 2), (self.rotation, 2), (self.centre, 1))
+            if value.ndim > dimensions
         ]
         return per_frame[0] if per_frame else None
 
@@ -110,7 +110,7 @@ class Pinhole:
         return np.concatenate([np.broadcast_to(turned, (*moved.shape[:-1], 3)), moved], axis=-1)
 
     def at(self, frame: int) -> Pinhole:
-        """The camera of one frame; itself where one serves all."""
+        """The camera of one frame."""
         if self.frames is None:
             return self
         return Pinhole(
@@ -165,7 +165,7 @@ class Pinhole:
         return centre + rays * (ahead[..., None] if ahead.ndim else ahead)
 
     def _by_frame(self, values: np.ndarray, last: int) -> tuple[np.ndarray, np.ndarray]:
-        """`values` as floats, and reshaped to (n, last) or, for cameras of F frames, (F, n, last)."""
+        """`values` as floats, reshaped to (n, last) or, for cameras of F frames, to (F, n, last)."""
         values = np.asarray(values, float)
         frames = self.frames
         if values.ndim < 1 + (frames is not None) or values.shape[-1] != last:

@@ -42,18 +42,18 @@ class Reading(StrEnum):
 Confidence = Literal["green", "amber", "red"]
 
 GREEN_ABOVE, RED_BELOW = 2.0, 0.95
-"""Bound on eta_a of vectors: on real clips at least 97 % of the signs are right above, and none below."""
+"""Thresholds of eta_a of vectors: on real clips, 97 % of signs are right above the upper one, none below the lower."""
 
 MARGIN_GREEN_ABOVE, MARGIN_RED_BELOW = 2.0, 1.25
-"""Bound on the mirror margin: 95 % are right above; a margin of one is a coin toss (the bound is assumed)."""
+"""Thresholds of the mirror margin: 95 % are right above the upper one; at one it is a coin toss (assumed)."""
 
 _ROUNDING = 1e-12
-"""Part of a trajectory's size outside the basis that may be rounding."""
+"""Fraction of a trajectory's size below which its part outside the basis is rounding."""
 
 
 @dataclass(frozen=True)
 class Reconstructibility:
-    """Comparison of the impostor of a limb, or of all limbs of a clip, with the truth.
+    """Reconstructibility of a limb, or of all limbs of a clip: the impostor (all other candidates) against the truth.
 
     Attributes
     ----------

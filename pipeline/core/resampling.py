@@ -1,4 +1,4 @@
-"""Sampled sequences read between their samples, by linear interpolation.
+"""Linear interpolation of sampled sequences.
 
 A recording is read at another frame rate, a cycle of a walk at as many frames as it has, a performance at the frames
 that key-frames call for [mozerov2006 6] and an action model at the phase of a particle; all are this one reading.
@@ -16,7 +16,7 @@ import numpy as np
 from pipeline.validation import InvalidInput
 
 _ROUNDING = 1e-9
-"""Samples beyond an end that sums of fractional steps may reach; the outermost sample is taken there."""
+"""Largest overshoot of an end, in samples, by sums of fractional steps; such positions count as the end."""
 
 
 def interpolate(values: np.ndarray, at: np.ndarray) -> np.ndarray:
@@ -70,7 +70,7 @@ def interpolate(values: np.ndarray, at: np.ndarray) -> np.ndarray:
 
 
 def frames_at_rate(frames: int, rate_hz: float, wanted_hz: float) -> np.ndarray:
-    """Positions (N,) at which to sample a clip for another frame rate; all frames where that rate is not lower.
+    """Positions (N,) of the samples of a clip at a lower frame rate; all frames for a rate that is not lower.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Rigid motion of clusters of points: which points move together, and the motion that fits them in each frame.
+"""Clusters of points that move rigidly, and their motion in each frame.
 
 Symbols
 -------
@@ -21,7 +21,7 @@ _FRAMES = 100
 """Frames, evenly over a clip, in which distances are measured."""
 
 _MOST_POINTS = 500
-"""More points are a surface: their distances take memory that grows with the square of their number."""
+"""Largest number of points; more are a surface, and memory grows with the square of their number."""
 
 _APART_MM = 1e9
 """Change of distance of two points that were never seen together."""

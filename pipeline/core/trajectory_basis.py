@@ -1,4 +1,4 @@
-"""Smooth trajectories as few numbers: the cosine basis of park2011 section 2, hard or soft, and gaps in it.
+"""Cosine basis for smooth trajectories with gaps, hard or soft: park2011 section 2.
 
 Symbols
 -------
@@ -127,7 +127,7 @@ def _products_of_cosines(frames: int, components: int) -> BasisProducts:
 
 
 def soft_ridge(components: int, cutoff: float) -> np.ndarray:
-    """R (K,): (k / k0)^6, nothing for the constant; half of component k0 is lost.
+    """Penalties R (K,): (k / k0)^6, zero for the constant; component k0 is halved.
 
     Parameters
     ----------
@@ -192,7 +192,7 @@ class TrajectoryBasis:
 
     @property
     def ridge(self) -> np.ndarray:
-        """R (K,); zeros for a hard basis."""
+        """Penalties R (K,); zeros for a hard basis."""
         return np.zeros(self.components) if self.cutoff is None else soft_ridge(self.components, self.cutoff)
 
     def rows(self, frames: int, observed: np.ndarray) -> np.ndarray:
@@ -250,7 +250,7 @@ def restricted(theta: np.ndarray, observed: np.ndarray, *, ridge: np.ndarray | N
 def coefficients(
     theta: np.ndarray, observed: np.ndarray, values: np.ndarray, *, ridge: np.ndarray | None = None
 ) -> np.ndarray:
-    """a (K, D) of the trajectory that fits the observed frames best [park2011 2].
+    """Coefficients a (K, D) of the trajectory that fits the observed frames best [park2011 2].
 
     Parameters
     ----------
@@ -350,7 +350,7 @@ def _stacked(theta: np.ndarray, observed: np.ndarray, ridge: np.ndarray | None) 
 
 
 def _check_finite(values: np.ndarray, frames: np.ndarray) -> None:
-    """Refuses what is not finite, by frame."""
+    """Raise InvalidInput for frames with values that are not finite."""
     wrong = ~np.isfinite(values).all(axis=1)
     if wrong.any():
         raise InvalidInput(

@@ -1,4 +1,4 @@
-"""The four papers as data: which functions compute each numbered equation, and how each claim is judged."""
+"""Data of the four papers: their numbered equations with the functions that compute them, and their claims."""
 
 from pipeline.papers.claims import (
     LEAST_PEOPLE,

@@ -1,4 +1,4 @@
-"""Claims, quantities and explanations, from the entries of a paper's file."""
+"""Readers of the entries of a paper's file: claims, quantities and explanations."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from pipeline.papers.intervals import Interval
 from pipeline.validation import InvalidInput, require_choice
 
 Runs = Mapping[tuple[str, str, str], Run]
-"""Runs by data set, group and switch."""
+"""Sensitivity runs by data set, group of switches and switch."""
 
 
 @dataclass(frozen=True)
 class _Limits:
-    """Bounds of a claim, as the file has them."""
+    """Entry of a claim's bounds in the file."""
 
     agrees: Mapping[str, Any] = field(default_factory=dict)
     close: Mapping[str, Any] = field(default_factory=dict)
@@ -36,14 +36,14 @@ def claim_entry(
     baselines: Mapping[str, Baseline],
     registered: Mapping[tuple[str, str], float],
 ) -> Claim:
-    """Return a claim of a paper from the entries of all claims.
+    """Return one claim of a paper, read from its entry.
 
     Parameters
     ----------
     key, name : str
         Key of the paper; name of the claim.
     all_claims : mapping
-        Entries of all claims by name, those that others are ``like``.
+        Entries of all claims by name, since an entry may be ``like`` another one.
     of_paper : mapping of str to int
         Least number of people for a verdict and number of people in the paper.
     runs : mapping
@@ -56,18 +56,18 @@ def claim_entry(
     Raises
     ------
     InvalidInput
-        If the entry is invalid; the sentence names file and claim.
+        If the entry is invalid; the message names the file and the claim.
     """
     where = f"{key}.yaml, {name}"
     plain = {**of_paper, **_like(name, all_claims, where)}
     judged = not plain.get("untestable")
     compared = judged and plain.get("kind") != Kind.CONDITION
-    measures, given = plain.pop("class", ""), plain.pop("bounds", {})
-    share = number(given.get("registered", 0.0), f"{where}, bounds, registered") / 100.0
+    measures, bounds = plain.pop("class", ""), plain.pop("bounds", {})
+    share = number(bounds.get("registered", 0.0), f"{where}, bounds, registered") / 100.0
     ends = () if share else ("agrees",)
     limits = record(
         _Limits,
-        given,
+        bounds,
         f"{where}, bounds",
         needed=(*ends, "reason") if judged else (),
         readers={"registered": number},
@@ -121,7 +121,7 @@ def claim_entry(
         require_choice(f"{where}, class", measures, list(baselines))
     if not judged and (claim.figure or claim.measure or claim.bounds.agrees):
         raise InvalidInput(
-            "has a figure, a measure or bounds although it is untestable",
+            "is untestable, but has a figure, a measure or bounds",
             where,
             code="untestable_with_measure",
         )
@@ -130,14 +130,14 @@ def claim_entry(
         claim = replace(claim, scope=replace(claim.scope, assumed=assumed))
     if share and (compared or limits.agrees):
         raise InvalidInput(
-            "only a condition without other bounds has a registered value",
+            "only a condition without other bounds may have a registered value",
             f"{where}, bounds",
             code="registered_not_a_condition",
         )
     criteria.check_bounds(claim, f"{where}, bounds")
     if claim.baseline and claim.baseline.replace and claim.of_baseline is None:
         raise InvalidInput(
-            f"its measure names nothing that the baseline of {measures!r} replaces",
+            f"the baseline of the class {measures!r} replaces no word of the measure",
             where,
             code="baseline_replaces_nothing",
         )
@@ -146,7 +146,7 @@ def claim_entry(
 
 @dataclass(frozen=True)
 class _Why:
-    """An explanation, as the file has it: one text, named by what supports it, and the run or the names that do."""
+    """Entry of an explanation: a text under the name of its support, and the run or quantities that support it."""
 
     shown: str = ""
     tested: str = ""
@@ -161,19 +161,25 @@ def _explanation(content: Any, where: str, runs: Runs) -> Explanation:
         return runs.get((named.data, named.group, named.switch), named)
 
     why = record(_Why, content, where, readers={"run": run})
-    given = [support for support in Support if getattr(why, support)]
-    if len(given) != 1:
+    supports = [support for support in Support if getattr(why, support)]
+    if len(supports) != 1:
         raise InvalidInput(
-            "must have one text", where, " or ".join(Support), ", ".join(given) or "none", code="not_one_text"
+            "must have exactly one text",
+            where,
+            " or ".join(Support),
+            ", ".join(supports) or "none",
+            code="not_one_text",
         )
-    support, words = given[0], str(getattr(why, given[0]))
+    support, words = supports[0], str(getattr(why, supports[0]))
     if (support is Support.TESTED) != bool(why.run or why.beside) or (why.run and why.beside):
         raise InvalidInput(
-            "what is tested needs its run, or what is measured beside it", where, code="no_support"
+            "a tested explanation needs either its 'run' or the quantities to compare ('beside')",
+            where,
+            code="no_support",
         )
     if not why.run and any(of_run(name) for name in placeholders(words)):
-        raise InvalidInput("quotes a run, and names none", where, code="run_not_named")
-    return Explanation(support=support, text=words, run=why.run, beside=why.beside)
+        raise InvalidInput("quotes numbers of a run, but has no 'run'", where, code="run_not_named")
+    return Explanation(support=support, text=words, run=why.run, comparisons=why.beside)
 
 
 def _short(value: Any, where: str) -> str:
@@ -190,12 +196,12 @@ def _short(value: Any, where: str) -> str:
 
 
 def _like(name: str, all_claims: Mapping[str, Any], where: str) -> dict[str, Any]:
-    """Return the keys of a claim, with those of the claims that it is ``like`` as defaults."""
+    """Return the entry of a claim, completed by the entries of the claims that it is ``like``."""
     body, trail = mapping(all_claims[name], where), {name}
     while (other := body.pop("like", None)) is not None:
         if other not in all_claims or other in trail:
             raise InvalidInput(
-                "must be another claim", f"{where}, like", received=other, code="unknown_claim", name=other
+                "must name another claim", f"{where}, like", received=other, code="unknown_claim", name=other
             )
         trail.add(other)
         body = {**all_claims[other], **body}

@@ -1,9 +1,9 @@
-"""Claims, and the measures that give our numbers beside theirs.
+"""Claims of the papers: the published value, the measure of our value, and the bounds of agreement.
 
-A claim is one number or one sentence of a paper, with the measure that computes our value from a table, the bounds
-within which it agrees with the paper, the wider bounds within which it is close, the reason for these bounds, and the
-class of its measure.  The class has the baseline: what the same measure gives of a simpler method, chosen by rule and
-not by the claim (``conf/paper/baselines.yaml``).
+A claim is one number or one sentence of a paper.  Its measure computes our value from a table.  Its bounds give the
+values that agree with the paper, and wider bounds those that are close; the reason for the bounds is recorded.  Each
+measure belongs to a class with a baseline: the same measure of a simpler method.  A rule chooses the baseline, not the
+claim (``conf/paper/baselines.yaml``).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from pipeline.papers.measure import Measure
 
 
 class Agreement(StrEnum):
-    """Whether our value agrees with the paper; of conditions the two before the last two."""
+    """Answer to "does our value agree with the paper?"; conditions are met or not met."""
 
     AGREES = "agrees"
     CLOSE = "close"
@@ -31,13 +31,13 @@ class Agreement(StrEnum):
 
 
 class Beyond(StrEnum):
-    """Whether the method is better than its baseline, by more than the interval of their paired gap."""
+    """Answer to "is the method better than its baseline?", by the interval of their paired difference."""
 
     YES = "yes"
     NO = "no"
     WORSE = "worse"
     UNKNOWN = "unknown"
-    """No interval of the gap is known."""
+    """The difference has no interval."""
     NOT_APPLICABLE = "not applicable"
 
 
@@ -45,17 +45,17 @@ class Kind(StrEnum):
     """Kind of a claim."""
 
     RESULT = "result"
-    """A printed number."""
+    """A number that a paper prints."""
     SENTENCE = "sentence"
-    """A statement; the threshold and the reason for it are ours."""
+    """A statement in words; the threshold and the reason for it are ours."""
     CONDITION = "condition"
-    """A count or a setting of the experiment: checked, never counted as agreement."""
+    """A count or a setting of the experiment, which is checked but never counted as agreement."""
     TARGET = "target"
-    """What we set out to reach beyond the papers, judged as a result is and counted apart from theirs."""
+    """A target of our own beyond the papers, judged like a result but counted separately."""
 
     @property
     def answers(self) -> tuple[Agreement, ...]:
-        """Agreements that a claim of this kind may have, in the order of tables."""
+        """Possible agreements of a claim of this kind, in the order in which tables list them."""
         if self is Kind.CONDITION:
             return (Agreement.MET, Agreement.NOT_MET, Agreement.UNTESTABLE)
         judged = (Agreement.AGREES, Agreement.CLOSE, Agreement.UNDECIDED, Agreement.DIFFERS)
@@ -63,33 +63,33 @@ class Kind(StrEnum):
 
 
 LONGEST_SHORT = 40
-"""Characters of a claim's short name."""
+"""Largest number of characters of a claim's short name."""
 
 LEAST_PEOPLE = {"walks": 10, "clips": 10, "performances": 3}
-"""Fewer people decide no claim, by the clips that a paper's figures rest on."""
+"""Smallest number of people that can decide a claim, by the kind of clips that a paper uses."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Baseline:
-    """The simpler method with which a class of measures is compared.
+    """Simpler method with which the measures of one class are compared.
 
     Attributes
     ----------
     measures : str
         Name of the class.
     name, knows : str
-        The method in words, and what it knows: nothing, the image, linear time, one eigenwalker; empty if the class
-        has none, because no method has a part in it.
+        The method in words, and its input: nothing, the image, linear time, one eigenwalker.  Both are empty for a
+        class without a baseline, where no method is involved.
     reason : str
-        Why this one, or why none.
+        Reason for this baseline, or for the lack of one.
     replace : mapping of str to str
-        Words of a measure for which others stand in that of the baseline.
+        Words of a measure and their replacements in the measure of the baseline.
     value : float or None
-        A number in place of a measure.
+        Constant value of the baseline, instead of a measure.
     better : int
-        1 if more is better, -1 if less, 0 if the bounds of a claim say; only bounds with two ends leave it open.
+        1 if more is better, -1 if less is better, 0 if the bounds of each claim decide.
     assumed : mapping of str to str
-        Data sets that assume what the class measures, each with the assumption: they test no claim of the class.
+        Data sets that assume the measured property, each with the assumption; they test no claim of the class.
     """
 
     measures: str
@@ -102,7 +102,7 @@ class Baseline:
     assumed: Mapping[str, str] = field(default_factory=dict)
 
     def of(self, measure: Measure) -> Measure | float | None:
-        """Return the same measure of the baseline; None if the class has none, or the measure names nothing of it."""
+        """Return the measure of the baseline; None without a baseline, or if no word of the measure is replaced."""
         if self.value is not None or not self.replace:
             return self.value
         changed = measure.replaced(self.replace)
@@ -111,7 +111,7 @@ class Baseline:
 
 @dataclass(frozen=True, kw_only=True)
 class Quantity:
-    """A number of ours that an explanation or the documentation quotes, without a claim about it.
+    """Number of ours that explanations or the documentation quote, without a claim about it.
 
     Attributes
     ----------
@@ -135,7 +135,7 @@ class Quantity:
 
 @dataclass(frozen=True, kw_only=True)
 class ClaimText:
-    """Words of a claim.
+    """Texts of a claim.
 
     Attributes
     ----------
@@ -148,7 +148,7 @@ class ClaimText:
     how : str
         The measure in words, one line.
     help : str
-        Help that our method has here and the paper's did not; empty if none.
+        Help that our method has here and the paper's had not; empty without such help.
     """
 
     short: str
@@ -160,20 +160,20 @@ class ClaimText:
 
 @dataclass(frozen=True, kw_only=True)
 class Bounds:
-    """Values with which a claim agrees.
+    """Values that agree with a claim, with the reason.
 
     Attributes
     ----------
     agrees : Interval or None
         Our values that agree with the paper; None only if the claim is untestable or has registered values.
     close : Interval or None
-        Wider bounds; None if there are none.
+        Wider bounds, if any.
     reason : str
         Reason for these bounds, in one line.
     written : str
-        Date of bounds and class: before the figure was made, or what was changed after it.
+        Date of bounds and class: before the figure was made, or the changes after it.
     registered : mapping of str to Interval, or None
-        Of a condition on a registered value: its bounds by data set.
+        Bounds by data set, for a condition on a registered value.
     """
 
     agrees: Interval | None = None
@@ -185,16 +185,16 @@ class Bounds:
 
 @dataclass(frozen=True, kw_only=True)
 class Scope:
-    """Data that can decide a claim.
+    """Data sets and numbers of people that can decide a claim.
 
     Attributes
     ----------
     assumed : mapping of str to str
-        Data sets that assume the statement, each with the assumption: they cannot test it.
+        Data sets that assume the statement, each with the assumption; they cannot test it.
     only : tuple of str
-        Data sets that the claim is about; empty if it is about all.
+        Data sets that the claim is about; empty for all data sets.
     rests_on : tuple of str
-        Conditions of the experiment: where one is not met, the claim cannot be tested.
+        Conditions of the experiment; unless all are met, the claim cannot be tested.
     people, sample : int
         Least number of people that decides; number of people in the paper.
     untestable : str
@@ -211,7 +211,7 @@ class Scope:
 
 @dataclass(frozen=True, kw_only=True)
 class Claim:
-    """A number or a sentence of a paper, and the criterion by which ours agrees with it.
+    """A number or a sentence of a paper, with the measure of our value and the bounds of agreement.
 
     Attributes
     ----------
@@ -235,9 +235,9 @@ class Claim:
     bounds : Bounds
     scope : Scope
     why : mapping of str to Explanation
-        Reason why our value differs, by data set; `ANY_DATA` for all that have none of their own.
+        Reason why our value differs, by data set; `ANY_DATA` for all other data sets.
     sensitivity : mapping of str to tuple of Explanation
-        Our value under other assumptions, by data set: it stands wherever the value does.
+        Our value under other assumptions, by data set; reported together with the value.
     """
 
     name: str
@@ -257,27 +257,27 @@ class Claim:
 
     @property
     def explanations(self) -> Iterator[tuple[str, Explanation]]:
-        """Each explanation with its data set, those of the sensitivity included."""
+        """Pairs of data set and explanation, including the explanations of the sensitivity."""
         yield from self.why.items()
         for data_name, runs in self.sensitivity.items():
             yield from ((data_name, run) for run in runs)
 
     def bounds_on(self, data_name: str) -> Interval | None:
-        """Return the values that agree on a data set; None if there are none, or no value is registered for it."""
+        """Return the bounds of agreement on a data set; None without bounds or without a registered value."""
         registered = self.bounds.registered
         return self.bounds.agrees if registered is None else registered.get(data_name)
 
     def explanation(self, data_name: str) -> Explanation | None:
-        """Return why our value differs on a data set; None if nothing is said."""
+        """Return the reason why our value differs on a data set, or None."""
         return self.why.get(data_name) or self.why.get(ANY_DATA)
 
     @property
     def of_baseline(self) -> Measure | float | None:
-        """The same measure of the baseline; None if it has none."""
+        """The measure of the baseline, or None."""
         return self.baseline.of(self.measure) if self.baseline and self.measure else None
 
     @property
     def tables(self) -> tuple[str, ...]:
-        """Names of the tables that the measure and its baseline read, each once."""
+        """Names of the tables that the measure and its baseline read, without repetition."""
         measured = [m for m in (self.measure, self.of_baseline) if isinstance(m, Measure)]
         return tuple(dict.fromkeys(table for measure in measured for table in measure.tables))

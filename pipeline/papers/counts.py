@@ -1,4 +1,4 @@
-"""Counts of verdicts: one function for README, page, article, documentation and terminal."""
+"""Counts of verdicts, shared by README, report, article, documentation and terminal."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from typing import Any
 from pipeline.papers.claims import Agreement, Beyond, Kind
 
 OF_PAPERS = (Kind.RESULT, Kind.SENTENCE)
-"""Kinds that a paper's count has: conditions are checked, and targets are ours."""
+"""Kinds of claims that are counted for a paper, without conditions and our own targets."""
 
 JUDGED = (Agreement.AGREES, Agreement.CLOSE, Agreement.UNDECIDED, Agreement.DIFFERS)
-"""Agreements of claims that the data decide."""
+"""Agreements that result from data, in contrast to untestable claims and small runs."""
 
 
 @dataclass(frozen=True)
 class Tally:
-    """Counts of the two answers to some claims.
+    """Number of claims by agreement with the paper and by comparison with the baseline.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class Tally:
     answers: Mapping[tuple[Agreement, Beyond], int]
 
     def number(self, *agreements: Agreement, beyond: Beyond | None = None) -> int:
-        """Return the number of claims with one of the agreements, with an answer about the baseline if it is given."""
+        """Return the number of claims with one of the agreements and, optionally, one answer about the baseline."""
         return sum(
             times
             for (agreement, answer), times in self.answers.items()
@@ -44,12 +44,12 @@ class Tally:
 
     @property
     def judged(self) -> int:
-        """Number of claims that the data decide."""
+        """Number of claims that the data decide, with any result."""
         return self.number(*JUDGED)
 
     @property
     def rows(self) -> list[tuple[str, int, list[tuple[str, int]]]]:
-        """Each agreement that occurs, its number of claims, and of these each answer about a baseline that occurs."""
+        """Rows of agreement, number of claims, and their numbers by answer about the baseline, without zeros."""
         return [
             (
                 str(agreement),
@@ -67,7 +67,7 @@ class Tally:
 
 
 def count(claims: Iterable[Mapping[str, Any]], kinds: Sequence[Kind] = tuple(Kind)) -> Tally:
-    """Return the counts of some kinds of claims; the same number of another claim counts once.
+    """Return the counts of claims of some kinds; claims with the ``same_as`` another's number count once.
 
     Parameters
     ----------
@@ -88,6 +88,6 @@ def count(claims: Iterable[Mapping[str, Any]], kinds: Sequence[Kind] = tuple(Kin
 
 
 def count_by_kind(claims: Iterable[Mapping[str, Any]]) -> dict[Kind, Tally]:
-    """Return the counts of each kind that occurs, in the order of kinds."""
+    """Return the counts by kind of claim, without kinds that do not occur."""
     rows = list(claims)
     return {kind: tally for kind in Kind if (tally := count(rows, [kind])).answers}

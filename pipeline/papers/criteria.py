@@ -1,4 +1,4 @@
-"""Measures and bounds of claims, from the mappings of a file."""
+"""Readers of measures and bounds of claims, and the checks of bounds."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from pipeline.validation import InvalidInput
 
 
 def measure(content: Mapping[str, Any], figure: str, where: str) -> Measure:
-    """Return a measure from a mapping of its name to its arguments."""
+    """Return the measure of a mapping ``{name: {argument: value}}``."""
     if len(content) != 1 or not all(isinstance(arguments, Mapping) for arguments in content.values()):
         raise InvalidInput(
-            "must be one name with its arguments",
+            "must be one name of a measure with its arguments",
             where,
             received=", ".join(map(str, content)) or "nothing",
             code="not_one_measure",
         )
-    ((name, given),) = content.items()
+    ((name, entries),) = content.items()
     arguments = {}
-    for argument, value in given.items():
+    for argument, value in entries.items():
         if argument == "table" or argument.endswith("_table"):
             if not (isinstance(value, str) and value.rpartition("/")[2].startswith("table")):
                 raise InvalidInput(
@@ -43,12 +43,14 @@ def _argument(value: Any, figure: str, where: str) -> Any:
     if isinstance(value, Sequence) and not isinstance(value, str):
         return tuple(_argument(item, figure, where) for item in value)
     if not isinstance(value, str | int | float):
-        raise InvalidInput("is no argument of a measure", where, received=repr(value), code="wrong_type")
+        raise InvalidInput(
+            "is not a valid argument of a measure", where, received=repr(value), code="wrong_type"
+        )
     return value
 
 
 def interval(content: Mapping[str, Any], published: float | None, where: str) -> Interval:
-    """Return bounds: ``exactly``, ``within`` a distance of the published number, or one or two ends."""
+    """Return the interval of bounds that are ``exactly``, ``within`` of the published number, or by their ends."""
     values = {str(key): number(value, f"{where}, {key}") for key, value in content.items()}
     if set(values) == {"exactly"}:
         return Interval(values["exactly"], values["exactly"])
@@ -70,21 +72,26 @@ def interval(content: Mapping[str, Any], published: float | None, where: str) ->
     )
     if interval.low >= interval.high:
         raise InvalidInput(
-            "the ends contradict each other", where, received=interval, code="contradictory_bounds"
+            "the lower bound is not below the upper bound",
+            where,
+            received=interval,
+            code="contradictory_bounds",
         )
     return interval
 
 
 def check_bounds(claim: Claim, where: str) -> None:
-    """Refuse bounds that the paper's own number would not meet, or wider ones that are not wider."""
+    """Raise InvalidInput for bounds without the published number, or close bounds that are not the wider ones."""
     inner, outer = claim.bounds.agrees, claim.bounds.close
     if inner is not None and claim.published is not None and claim.published not in inner:
         raise InvalidInput(
-            "the published number does not agree with itself", where, code="published_outside_bounds"
+            "the published number lies outside of its own bounds", where, code="published_outside_bounds"
         )
     if (
         inner is not None
         and outer is not None
         and (outer == inner or outer.low > inner.low or outer.high < inner.high)
     ):
-        raise InvalidInput("what is close is not wider than what agrees", where, code="close_not_wider")
+        raise InvalidInput(
+            "the bounds of 'close' are not wider than those of 'agrees'", where, code="close_not_wider"
+        )

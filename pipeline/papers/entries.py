@@ -1,6 +1,6 @@
-"""Mappings in YAML files, read strictly: repeated and unknown keys and values of the wrong type are refused.
+"""Strict reader of YAML files: repeated or unknown keys and values of the wrong type raise InvalidInput.
 
-A mapping becomes a dataclass field by field, each value read as the field's annotation says.
+A mapping becomes a dataclass; the annotation of a field determines the reader of its value.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ Made = TypeVar("Made")
 
 
 class _Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
-    """A safe loader that refuses repeated keys."""
+    """Safe YAML loader that rejects repeated keys."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict:
         keys = [key.value for key, _ in node.value]
@@ -29,7 +29,7 @@ class _Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[mi
             if times > 1:
                 line = node.start_mark.line + 1
                 raise InvalidInput(
-                    f"the key {key!r} is there twice",
+                    f"the key {key!r} occurs twice",
                     f"the mapping on line {line}",
                     code="duplicate_key",
                     key=key,
@@ -38,7 +38,7 @@ class _Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[mi
 
 
 def read_mapping(path: Path) -> dict[str, Any]:
-    """Return the mapping in a YAML file.  Raises InvalidInput if it cannot be read or repeats a key."""
+    """Return the content of a YAML file.  Raises InvalidInput if it is unreadable or repeats a key."""
     try:
         text = path.read_text("utf-8")
     except (OSError, UnicodeDecodeError) as error:
@@ -47,7 +47,7 @@ def read_mapping(path: Path) -> dict[str, Any]:
 
 
 def parsed_mapping(text: str, where: str) -> dict[str, Any]:
-    """Return the mapping in a YAML text.  Raises InvalidInput if it is not one or repeats a key."""
+    """Return the content of a YAML text.  Raises InvalidInput if it is not a mapping or repeats a key."""
     try:
         content = yaml.load(text, Loader=_Loader)
     except InvalidInput as error:
@@ -60,7 +60,7 @@ def parsed_mapping(text: str, where: str) -> dict[str, Any]:
 
 
 def mapping(value: Any, where: str) -> dict[str, Any]:
-    """Return a mapping with names as keys; YAML reads the word null as None."""
+    """Return a mapping with texts as keys; the key ``null``, which YAML reads as None, included."""
     if not isinstance(value, Mapping):
         raise InvalidInput("is not a mapping", where, received=repr(value), code="not_a_mapping")
     return {"null" if key is None else str(key): item for key, item in value.items()}
@@ -76,7 +76,7 @@ def record(
     parts: Iterable[str] = (),
     **known: Any,
 ) -> Made:
-    """Return a dataclass from a mapping of its fields.
+    """Return an instance of a dataclass, its fields read from a mapping.
 
     Parameters
     ----------
@@ -86,20 +86,20 @@ def record(
     where : str
         File and entry, for messages.
     needed : iterable of str
-        Fields with a default that must be there all the same.
+        Fields that are required although they have a default.
     readers : mapping of str to callable, optional
-        Field → function of its value and place, where its annotation does not say how it is read.
+        Functions of value and location by field, for fields whose annotation has no reader.
     parts : iterable of str
-        Fields that are dataclasses and whose own fields are keys of the same mapping.
+        Fields that are dataclasses, whose fields are keys of the same mapping.
     **known
-        Fields that are not in the file.
+        Values of fields that are not in the file.
 
     Raises
     ------
     InvalidInput
-        If a field is missing, a key is no field, or a value cannot be read.
+        If a field is missing, a key is unknown, or a value cannot be read.
     """
-    given, hints = mapping(content, where), get_type_hints(kind)
+    entries, hints = mapping(content, where), get_type_hints(kind)
     owners = {name: hints.pop(name) for name in parts}
     of_file = {f.name: f for f in fields(kind) if f.name not in {*known, *owners}}  # type: ignore[arg-type]
     for part in owners.values():
@@ -107,12 +107,12 @@ def record(
         of_file |= {f.name: f for f in fields(part) if f.name not in known}
     for name, field in of_file.items():
         default = field.default is not MISSING or field.default_factory is not MISSING
-        if name not in given and (not default or name in needed):
+        if name not in entries and (not default or name in needed):
             raise InvalidInput(f"no {name!r}", where, code="missing_key", key=name)
-    if unknown := [name for name in given if name not in of_file]:
+    if unknown := [name for name in entries if name not in of_file]:
         expected = "one of " + ", ".join(sorted(of_file))
         raise InvalidInput(f"unknown key {unknown[0]!r}", where, expected, code="unknown_key", key=unknown[0])
-    for name, value in given.items():
+    for name, value in entries.items():
         read = (readers or {}).get(name) or _READERS.get(hints[name]) or choice(hints[name])
         known[name] = read(value, f"{where}, {name}")
     for name, part in owners.items():
@@ -121,21 +121,21 @@ def record(
 
 
 def text(value: Any, where: str) -> str:
-    """Return a text; the parts of a list are joined by semicolons."""
+    """Return a text, or the texts of a list joined by semicolons."""
     return "; ".join(
         " ".join(part.split()) for part in names(value if isinstance(value, list) else [value], where)
     )
 
 
 def names(value: Any, where: str) -> tuple[str, ...]:
-    """Return a list of texts."""
+    """Return the texts of a list as a tuple."""
     if not isinstance(value, list) or not all(isinstance(name, str) for name in value):
         raise InvalidInput("is of the wrong type", where, "text", repr(value), code="wrong_type")
     return tuple(value)
 
 
 def number(value: Any, where: str) -> float:
-    """Return a number, also from a text such as ``1/3`` or ``1e-6``."""
+    """Return a number; texts such as ``1/3`` or ``1e-6`` are accepted."""
     try:
         if isinstance(value, bool):
             raise ValueError
@@ -152,7 +152,7 @@ def whole(value: Any, where: str) -> int:
 
 
 def choice(kind: type[StrEnum]) -> Callable[[Any, str], StrEnum]:
-    """Return the reader of one of a few words."""
+    """Return a reader that accepts the words of an enumeration."""
     return lambda value, where: kind(require_choice(where, value, list(kind)))
 
 
@@ -164,4 +164,4 @@ _READERS: Mapping[Any, Callable[[Any, str], Any]] = {
     Mapping[str, str]: lambda value, where: {key: str(item) for key, item in mapping(value, where).items()},
     Mapping[str, Any]: mapping,
 }
-"""How a value is read, by the annotation of its field."""
+"""Readers of values by the annotation of the field."""

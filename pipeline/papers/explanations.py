@@ -1,9 +1,9 @@
-"""Explanations of why our value differs, each with what supports it.
+"""Explanations of differences between our values and the papers', each with its support.
 
-An explanation is `Support.SHOWN` if it only says what published tables hold, `Support.TESTED` if the alleged cause was
-changed and the change measured, and `Support.UNTESTED` if nobody did.  A cause is changed either by a switch of
-``conf/sensitivity.yaml``, whose numbers stand in ``conf/paper/interventions.csv``, or within a figure that measures the
-other condition as well: another camera, the better mirror of every limb, a baseline.
+An explanation is `Support.SHOWN` if it only quotes published tables, `Support.TESTED` if the alleged cause was changed
+and the effect measured, and `Support.UNTESTED` otherwise.  A cause is changed in one of two ways.  A switch of
+``conf/sensitivity.yaml`` changes it, and ``conf/paper/interventions.csv`` contains the numbers.  Or a figure measures
+the other condition as well: another camera, the better mirror of every limb, a baseline.
 """
 
 from __future__ import annotations
@@ -21,35 +21,35 @@ from pipeline.papers.intervals import Estimate
 from pipeline.reading import read_file
 
 ANY_DATA = "any"
-"""Key of the explanation for data sets that have none of their own."""
+"""Key of the explanation for data sets without a separate explanation."""
 
 WITH, WITHOUT = "with", "without"
-"""Placeholders of the claim's own value in a run with the switch and in one without; ``with_NAME`` of another's."""
+"""Placeholders of the claim's value with and without the switch; ``with_NAME`` quotes another claim's value."""
 
 
 class Support(StrEnum):
-    """What an explanation rests on."""
+    """Support of an explanation."""
 
     SHOWN = "shown"
-    """Published tables; no cause is named."""
+    """Published tables, without a named cause."""
     TESTED = "tested"
-    """A run, or a part of the figure, in which the cause was changed."""
+    """A run, or a part of the figure, in which the alleged cause was changed."""
     UNTESTED = "untested"
-    """Nothing yet."""
+    """No test yet."""
 
 
 @dataclass(frozen=True)
 class Run:
-    """Figures made with a switch of ``conf/sensitivity.yaml`` and without.
+    """Values of claims with and without a switch of ``conf/sensitivity.yaml``.
 
     Attributes
     ----------
     data, group, switch : str
         Data set; group of switches and the switch in it.
     overrides : tuple of str
-        As on the command line, when the numbers were measured; empty if they are not.
+        Options on the command line of the run; empty if it has not been run.
     scale : str
-        Of the run; empty if there was none.
+        Scale of the run; empty if it has not been run.
     without, with_it : mapping of str to Estimate
         Our values of claims and quantities by name, with intervals over populations or people.
     """
@@ -68,59 +68,59 @@ class Run:
 
 @dataclass(frozen=True, kw_only=True)
 class Explanation:
-    """Why our value differs from the paper's.
+    """Reason why our value differs from the paper's, with its support.
 
     Attributes
     ----------
     support : Support
     text : str
-        Our numbers stand as placeholders, ``{value:.1f}`` for the claim's own, ``{zhang2007_walkers:.0f}`` for
-        another's, ``{with:.1f}`` and ``{without_zhang2007_walkers:.0f}`` for those of the run.
+        Text with placeholders for our numbers: ``{value:.1f}`` for the claim's value, ``{zhang2007_walkers:.0f}`` for
+        another claim's, ``{with:.1f}`` and ``{without_zhang2007_walkers:.0f}`` for values of the run.
     run : Run or None
-        With the cause changed by a switch.
-    beside : tuple of str
+        Run in which a switch changed the cause.
+    comparisons : tuple of str
         Claims and quantities that measure the same with the cause changed.
     """
 
     support: Support
     text: str
     run: Run | None = None
-    beside: tuple[str, ...] = ()
+    comparisons: tuple[str, ...] = ()
 
     def in_words(self, name: str, value: float, number: Callable[[str], float] | None) -> str:
-        """Return the explanation of a claim, its numbers filled in, with its support; arguments as of `filled`."""
+        """Return the explanation of a claim with its numbers and its support; arguments as in `filled`."""
         text = self.filled(name, value, number)
         if self.support is Support.UNTESTED:
             return f"not tested: {text}"
         if self.support is Support.SHOWN:
             return text
-        return f"{text} (tested: {self.run or ', '.join(self.beside)})"
+        return f"{text} (tested: {self.run or ', '.join(self.comparisons)})"
 
     def filled(self, name: str, value: float, number: Callable[[str], float] | None = None) -> str:
-        """Return the explanation of a claim, its numbers filled in.
+        """Return the explanation of a claim with numbers in place of the placeholders.
 
         Parameters
         ----------
         name : str
-            Of the claim.
+            Name of the claim.
         value : float
-            Its value.
+            Our value of the claim.
         number : callable, optional
-            Our value of another claim or quantity, by name.
+            Function from the name of another claim or quantity to our value.
         """
-        known = {"value": Estimate(value)}
+        numbers = {"value": Estimate(value)}
         for placeholder in placeholders(self.text):
-            if (asked := of_run(placeholder)) is not None:
-                side, other = asked
+            if (quoted := of_run(placeholder)) is not None:
+                side, other = quoted
                 values = {} if self.run is None else self.run.with_it if side == WITH else self.run.without
-                known[placeholder] = values.get(other or name, Estimate(math.nan))
-            elif placeholder not in known:
-                known[placeholder] = Estimate(number(placeholder) if number else math.nan)
-        return self.text.format_map({key: _Number(estimate) for key, estimate in known.items()})
+                numbers[placeholder] = values.get(other or name, Estimate(math.nan))
+            elif placeholder not in numbers:
+                numbers[placeholder] = Estimate(number(placeholder) if number else math.nan)
+        return self.text.format_map({key: _Number(estimate) for key, estimate in numbers.items()})
 
 
 def placeholders(text: str) -> list[str]:
-    """Return the names of the numbers that a text quotes, in order.
+    """Return the names of the placeholders in a text, in order.
 
     Examples
     --------
@@ -131,7 +131,7 @@ def placeholders(text: str) -> list[str]:
 
 
 def of_run(placeholder: str) -> tuple[str, str] | None:
-    """Return the side of a run and the name that a placeholder quotes, empty for the claim's own; None if it does not.
+    """Return side of the run and name (empty for the claim itself) in a placeholder; None if it quotes no run.
 
     Examples
     --------
@@ -143,10 +143,10 @@ def of_run(placeholder: str) -> tuple[str, str] | None:
 
 
 def read_runs(path: Path) -> dict[tuple[str, str, str], Run]:
-    """Return the runs of a table of interventions by data set, group and switch; none if there is no table.
+    """Return the runs of a table of interventions by data set, group and switch; empty without a table.
 
-    It has a row for each number: data, group, switch, overrides, scale, name, and values without and with the switch,
-    each with the ends of its interval.
+    The table has a row for each number: data, group, switch, overrides, scale, name, and the values without and with
+    the switch, each with the ends of its interval.
     """
     if not path.is_file():
         return {}
@@ -164,12 +164,13 @@ def read_runs(path: Path) -> dict[tuple[str, str, str], Run]:
 
 @dataclass(frozen=True)
 class _Number:
-    """A number that is formatted with its interval if that is known, and as ``(no number)`` if it is not finite."""
+    """Number for `str.format_map`: printed with its interval, if any, and as ``(no number)`` if not finite."""
 
-    of: Estimate
+    estimate: Estimate
 
     def __format__(self, specification: str) -> str:
-        if not math.isfinite(self.of.value):
+        if not math.isfinite(self.estimate.value):
             return "(no number)"
-        value, low, high = (format(v, specification) for v in (self.of.value, self.of.low, self.of.high))
-        return f"{value} [{low}, {high}]" if self.of.known else value
+        numbers = (self.estimate.value, self.estimate.low, self.estimate.high)
+        value, low, high = (format(number, specification) for number in numbers)
+        return f"{value} [{low}, {high}]" if self.estimate.known else value

@@ -1,4 +1,4 @@
-"""Intervals of numbers: the bounds of a claim, and a value of ours with the interval over people or populations."""
+"""Intervals of numbers: bounds of claims, and confidence intervals of estimates."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Interval:
-    """An interval of numbers; an end belongs to it unless it is open.
+    """Interval of numbers that includes each end unless that end is open.
 
     Examples
     --------
@@ -29,17 +29,17 @@ class Interval:
         return over and under
 
     def covers(self, other: Estimate) -> bool:
-        """Whether the whole interval of an estimate lies within these bounds."""
+        """Return True if the whole interval of an estimate lies within these bounds."""
         return other.low in self and other.high in self
 
     def meets(self, other: Estimate) -> bool:
-        """Whether the interval of an estimate has a part within these bounds."""
+        """Return True if the interval of an estimate overlaps these bounds."""
         below = other.high < self.low or (self.low_open and other.high == self.low)
         above = other.low > self.high or (self.high_open and other.low == self.high)
         return not (below or above)
 
     def side(self, value: float) -> int:
-        """On which side of a value the bounds lie: 1 above, -1 below, 0 on both."""
+        """Side of a value on which the bounds lie: 1 above, -1 below, 0 on both."""
         return int(value <= self.low) - int(value >= self.high)
 
     def __str__(self) -> str:
@@ -57,13 +57,13 @@ class Interval:
 
 @dataclass(frozen=True)
 class Estimate:
-    """A value and its interval over people or populations.
+    """Value with its confidence interval over people or populations.
 
     Attributes
     ----------
     value : float
     low, high : float
-        Ends of the 95 % interval; NaN if it has none.
+        Ends of the 95 % interval; NaN without an interval.
 
     Examples
     --------
@@ -77,7 +77,7 @@ class Estimate:
 
     @property
     def known(self) -> bool:
-        """Whether there is an interval."""
+        """True if the value has an interval."""
         return math.isfinite(self.low) and math.isfinite(self.high)
 
     def __str__(self) -> str:

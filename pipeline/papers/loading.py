@@ -1,7 +1,7 @@
-"""Reading and validating the papers' data files, ``conf/paper/<key>.yaml``.
+"""Reader of the papers' data files, ``conf/paper/<key>.yaml``.
 
-An error is refused with the file and the claim or equation: a key that is unknown, missing or repeated, a value of the
-wrong type, contradictory bounds, a placeholder without a number.
+Errors raise InvalidInput with the file and the claim or equation.  Examples are unknown, missing or repeated keys,
+values of the wrong type, contradictory bounds, and placeholders without a number.
 """
 
 from __future__ import annotations
@@ -24,22 +24,22 @@ from pipeline.validation import InvalidInput, require_choice
 
 @dataclass(frozen=True, kw_only=True)
 class Equation:
-    """A numbered equation of a paper and the functions that compute it.
+    """Numbered equation of a paper, with the functions that compute it.
 
     Attributes
     ----------
     paper, number : str
-        E.g. ``"zhang2007"`` and ``"3.15"``, which make the tag in the source.
+        Key of the paper and number, such as ``"zhang2007"`` and ``"3.15"``: together the tag in the source.
     words : str
         The equation in one line.
     printed : str
-        Dotted name of the function that computes it as printed, for tests to compare with.
+        Dotted name of the function that computes the printed form, the reference of the tests.
     used : str
-        Dotted name of the function that the results use; empty if none does.
+        Dotted name of the function that the results use; empty if the results do not need the equation.
     test : str
-        File of its tests.
+        File of the tests of the equation.
     note : str
-        Misprints or ambiguities and how we read them; empty if there are none.
+        Misprints or ambiguities, with our reading; empty without them.
     """
 
     paper: str
@@ -53,16 +53,16 @@ class Equation:
 
 @dataclass(frozen=True)
 class Page:
-    """What the report says of a paper before its figures.
+    """Introduction of a paper in the report.
 
     Attributes
     ----------
     figure : str
-        The one that stands for it.
+        Preset of the figure that represents the paper.
     question : str
-        That the paper answers.
+        Question that the paper answers.
     sentences : tuple of str
-        Numbers of ours stand as placeholders, by the names of claims.
+        Sentences with placeholders for our numbers, by the names of claims.
     """
 
     figure: str = ""
@@ -72,24 +72,23 @@ class Page:
 
 @dataclass(frozen=True, kw_only=True)
 class Paper:
-    """A paper.
+    """Paper with its figures, equations and claims.
 
     Attributes
     ----------
     key, title, authors, venue : str
     year : int
     figures, beyond : tuple of str
-        Presets of its figures; presets of our own that go beyond it.
+        Presets of the paper's figures; our presets that go beyond the paper.
     equations : tuple of Equation
     unnumbered : tuple of Equation
-        Formulas that the paper prints without a number; their "number" is what stands on their left.
-        In printed order.
+        Formulas that the paper prints without a number, in printed order.  Their "number" is their left-hand side.
     claims : tuple of Claim
     quantities : tuple of Quantity
     order : int
-        Place among the papers in which figures are made: its year, if its file does not say.
+        Position of the paper when all figures are made; by default the year.
     subject : str
-        Papers on one subject are made together.
+        Subject; the figures of papers on one subject are made together.
     page : Page
     """
 
@@ -115,34 +114,34 @@ class Paper:
 
 
 INTERVENTIONS = "interventions.csv"
-"""Numbers of runs with a switch, which explanations quote."""
+"""File with the numbers of sensitivity runs, which explanations quote."""
 
 REGISTERED = "registered.csv"
-"""Values of conditions on the published results, by data set: renewed with each scientific change."""
+"""File with registered values of conditions by data set, renewed with each scientific change."""
 
 BETTER = {"": 0, "more": 1, "less": -1}
 
 OWN_YEAR = 9999
-"""Year of a user's own claims, by which they come last."""
+"""Year of a user's claims, which sorts them after all papers."""
 
 BASELINES = "baselines.yaml"
-"""The baseline of each class of measures; no claim chooses its own."""
+"""File with the baseline of each class of measures."""
 
 
 def load(folders: Sequence[Path], added: Mapping[str, Mapping[str, Any]] | None = None) -> dict[str, Paper]:
-    """Return the papers of folders by key, oldest first.
+    """Return the papers in some folders by key, oldest first.
 
     Parameters
     ----------
     folders : sequence of Path
-        Each with files of papers, ``baselines.yaml`` and ``interventions.csv``, or some of them.
+        Folders with some or all of: files of papers, ``baselines.yaml``, ``interventions.csv``.
     added : mapping, optional
-        Contents of further files by key; what they leave out is that of a user's own claims on walks.
+        Contents of further files by key; omitted keys default to those of a user's claims on walks.
 
     Raises
     ------
     InvalidInput
-        If a file cannot be read or is invalid; the sentence names file and entry.
+        If a file cannot be read or is invalid; the message names the file and the entry.
     """
     files = [path for folder in folders for path in sorted(folder.glob("*.yaml")) if path.name != BASELINES]
     raw = {path.stem: read_mapping(path) for path in files}
@@ -162,7 +161,7 @@ def load(folders: Sequence[Path], added: Mapping[str, Mapping[str, Any]] | None 
         for item in paper.measured:
             where = f"{paper.key}.yaml, {item.name}"
             if names[item.name] > 1:
-                raise InvalidInput("the name is there twice", where, code="duplicate_name")
+                raise InvalidInput("the name occurs twice", where, code="duplicate_name")
             if isinstance(item, Claim):
                 if shorts[paper.key, item.text.short] > 1:
                     raise InvalidInput(
@@ -179,7 +178,7 @@ def load(folders: Sequence[Path], added: Mapping[str, Mapping[str, Any]] | None 
 
 
 def _completed(key: str, content: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the content of a file of claims with what a user's own claims leave out."""
+    """Return the content of a user's file of claims, completed by the keys that only papers need."""
     claims = mapping(content.get("claims", {}), f"{key}, claims")
     figures = sorted({str(mapping(body, name).get("figure", "")) for name, body in claims.items()} - {""})
     left_out = {"title": key, "authors": "", "year": OWN_YEAR, "venue": "", "figures": [], "equations": []}
@@ -187,7 +186,7 @@ def _completed(key: str, content: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def read_registered(path: Path) -> dict[tuple[str, str], float]:
-    """Return the registered values by data set and name of the condition; none if there is no table.
+    """Return the registered values by data set and name of the condition; empty without a table.
 
     Raises
     ------
@@ -204,29 +203,31 @@ def read_registered(path: Path) -> dict[tuple[str, str], float]:
 
 
 def read_baselines(path: Path) -> dict[str, Baseline]:
-    """Return the baselines by class of measure."""
-    found = {}
+    """Return the baselines in a file by class of measures."""
+    baselines = {}
     for name, content in read_mapping(path).items():
         where = f"{path.name}, {name}"
         plain = {
             "name" if key == "baseline" else key: value for key, value in mapping(content, where).items()
         }
         better = {"better": lambda value, where: BETTER[require_choice(where, value, list(BETTER))]}
-        made = found[name] = record(Baseline, plain, where, readers=better, measures=name)
-        if bool(made.name) != bool(made.replace or made.value is not None):
+        baseline = baselines[name] = record(Baseline, plain, where, readers=better, measures=name)
+        if bool(baseline.name) != bool(baseline.replace or baseline.value is not None):
             raise InvalidInput(
-                "a baseline has its name and its words or its value", where, code="incomplete_baseline"
+                "a baseline needs a name together with 'replace' or 'value'",
+                where,
+                code="incomplete_baseline",
             )
-    return found
+    return baselines
 
 
-def _check_explanations(claim: Claim, known: set[str], where: str) -> None:
-    """Refuse names that nothing has."""
+def _check_explanations(claim: Claim, all_names: set[str], where: str) -> None:
+    """Raise InvalidInput if an explanation quotes an unknown claim or quantity."""
     for data_name, explanation in claim.explanations:
         where_why = f"{where}, why {data_name}"
-        asked = [(of_run(name) or ("", name))[1] for name in placeholders(explanation.text)]
-        for name in (*asked, *explanation.beside):
-            if name and name != "value" and name not in known:
+        quoted = [(of_run(name) or ("", name))[1] for name in placeholders(explanation.text)]
+        for name in (*quoted, *explanation.comparisons):
+            if name and name != "value" and name not in all_names:
                 raise InvalidInput(
                     f"no claim and no quantity {name!r}", where_why, code="unknown_claim", name=name
                 )
@@ -244,12 +245,12 @@ def _paper(
     plain.setdefault("order", plain.get("year"))
     plain.setdefault("subject", key)
     clips = require_choice(f"{file}, clips", plain.pop("clips", ""), list(LEAST_PEOPLE))
-    own = {"people": LEAST_PEOPLE[clips], "sample": whole(plain.pop("sample", 0), f"{file}, sample")}
+    sizes = {"people": LEAST_PEOPLE[clips], "sample": whole(plain.pop("sample", 0), f"{file}, sample")}
     rests_on = mapping(plain.pop("rests_on", {}), f"{file}, rests_on")
 
     def claims(value: Any, where: str) -> tuple[Claim, ...]:
         return tuple(
-            claim_entry(key, name, all_claims, own, runs, baselines, registered)
+            claim_entry(key, name, all_claims, sizes, runs, baselines, registered)
             for name in mapping(value, where)
         )
 
@@ -258,7 +259,7 @@ def _paper(
         return tuple(quantity_entry(key, name, body, f"{file}, {name}") for name, body in items)
 
     def equations(value: list[Any], where: str) -> tuple[Equation, ...]:
-        return tuple(_equation(key, one, file) for one in value)
+        return tuple(_equation(key, entry, file) for entry in value)
 
     readers = {
         "equations": equations,
@@ -285,7 +286,7 @@ def _paper(
         require_choice(f"{file}, rests_on, figure", figure, figures)
         for condition in set(names(named, f"{file}, rests_on, {figure}")) - conditions:
             raise InvalidInput(
-                f"no claim {condition!r} is a condition",
+                f"{condition!r} is not the name of a condition",
                 f"{file}, rests_on",
                 code="not_a_condition",
                 name=condition,
@@ -309,5 +310,9 @@ def _equation(key: str, content: Any, file: str) -> Equation:
     }
     equation = record(Equation, plain, where, readers=readers, paper=key)
     if not (equation.used or equation.note):
-        raise InvalidInput("nothing uses it, and no note says why", where, code="unexplained_equation")
+        raise InvalidInput(
+            "has neither a function that uses it ('used') nor a note with the reason ('note')",
+            where,
+            code="unexplained_equation",
+        )
     return equation

@@ -10,16 +10,16 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Measure:
-    """A named function of tables with its arguments.
+    """Named function of tables, with its arguments.
 
     Attributes
     ----------
     name : str
-        Of a function in the `measures` modules of the studies.
+        Name of a function in the `measures` modules of the studies.
     arguments : mapping of str to Any
         Numbers, texts, measures and lists of them.  The argument ``table``, and any whose name ends in
         ``_table``, names a table: ``zhang2007_fig5`` is the figure's ``table.csv``, and
-        ``zhang2007_fig5/table_walkers`` the ``table_walkers.csv`` beside it.
+        ``zhang2007_fig5/table_walkers`` is ``table_walkers.csv`` in the same folder.
 
     Examples
     --------
@@ -33,11 +33,11 @@ class Measure:
     arguments: Mapping[str, Any]
 
     def __str__(self) -> str:
-        return f"{self.name}({', '.join(f'{name}={_told(value)}' for name, value in self.arguments.items())})"
+        return f"{self.name}({', '.join(f'{name}={_in_words(value)}' for name, value in self.arguments.items())})"
 
     @property
     def parts(self) -> Iterator[Measure]:
-        """This measure and all measures among its arguments, recursively."""
+        """Yield this measure and all measures among its arguments, recursively."""
         yield self
         for value in self.arguments.values():
             for item in value if isinstance(value, tuple) else (value,):
@@ -46,7 +46,7 @@ class Measure:
 
     @property
     def tables(self) -> tuple[str, ...]:
-        """Names of the tables that the measure reads, each once."""
+        """Names of the tables that the measure reads, without repetition."""
         named = (
             value
             for part in self.parts
@@ -56,7 +56,7 @@ class Measure:
         return tuple(dict.fromkeys(named))
 
     def replaced(self, words: Mapping[str, str]) -> Measure:
-        """Return the measure with words replaced in its texts: names of columns, values in expressions.
+        """Return the measure with words replaced in its arguments: names of columns, values in expressions.
 
         Examples
         --------
@@ -71,10 +71,10 @@ class Measure:
                 return value.replaced(words)
             if isinstance(value, tuple):
                 return tuple(anew(item) for item in value)
-            return pattern.sub(lambda found: words[found[0]], value) if isinstance(value, str) else value
+            return pattern.sub(lambda match: words[match[0]], value) if isinstance(value, str) else value
 
         return Measure(self.name, {name: anew(value) for name, value in self.arguments.items()})
 
 
-def _told(value: Any) -> str:
+def _in_words(value: Any) -> str:
     return f"[{', '.join(map(str, value))}]" if isinstance(value, tuple) else str(value)

@@ -1,4 +1,4 @@
-"""The papers by key, and their claims by name.
+"""Registered papers by key, and their claims by name.
 
 Examples
 --------
@@ -22,7 +22,7 @@ from pipeline.validation import InvalidInput, require_choice
 
 
 def all_papers() -> dict[str, Paper]:
-    """Return the papers by key, oldest first; then the claims of users' files, by the name of the file."""
+    """Return all papers by key, oldest first, followed by users' files of claims by file name."""
     return _load(plugins.edition())
 
 
@@ -34,66 +34,68 @@ def _load(_: object) -> dict[str, Paper]:
         if isinstance(claims, Path):
             added[claims.stem] = read_mapping(claims)
         else:
-            own = claims if isinstance(claims, Mapping) else parsed_mapping(str(claims), f"claims of {name}")
-            added[name] = {"claims": {**added.get(name, {}).get("claims", {}), **own}}
+            entries = (
+                claims if isinstance(claims, Mapping) else parsed_mapping(str(claims), f"claims of {name}")
+            )
+            added[name] = {"claims": {**added.get(name, {}).get("claims", {}), **entries}}
     return load([folder / "paper" for folder in plugins.conf_folders()], added)
 
 
 def paper(key: str) -> Paper:
-    """Return one of the papers.
+    """Return the paper with this key.
 
     Raises
     ------
     InvalidInput
-        If there is no paper of that key.
+        If no paper has this key.
     """
-    known = all_papers()
-    return known[require_choice("the paper", key, known)]
+    papers = all_papers()
+    return papers[require_choice("the paper", key, papers)]
 
 
 def claim(name: str) -> Claim:
-    """Return the claim of that name.
+    """Return the claim with this name.
 
     Raises
     ------
     InvalidInput
-        If no paper has it.
+        If no claim has this name.
     """
-    found = quantity(name)
-    if not isinstance(found, Claim):
+    item = quantity(name)
+    if not isinstance(item, Claim):
         raise InvalidInput(
             f"no claim {name!r}",
             expected="a name of the ledger, as `make claims` lists them",
             code="unknown_claim",
             name=name,
         )
-    return found
+    return item
 
 
 def published(name: str) -> float:
-    """Return the number that a paper prints in a claim.
+    """Return the published number of a claim.
 
     Raises
     ------
     InvalidInput
-        If no paper has the claim, or it has no number.
+        If the claim is unknown or has no number.
     """
     number = claim(name).published
     if number is None:
-        raise InvalidInput("the claim has no number", name, code="no_published_number")
+        raise InvalidInput("the claim has no published number", name, code="no_published_number")
     return number
 
 
 def quantity(name: str) -> Claim | Quantity:
-    """Return the claim or quantity of that name.
+    """Return the claim or quantity with this name.
 
     Raises
     ------
     InvalidInput
-        If no paper has it.
+        If no claim or quantity has this name.
     """
-    for one in all_papers().values():
-        for item in one.measured:
+    for paper in all_papers().values():
+        for item in paper.measured:
             if item.name == name:
                 return item
     raise InvalidInput(
@@ -107,7 +109,7 @@ def locate(dotted: str) -> tuple[Path, int]:
     Raises
     ------
     InvalidInput
-        If nothing has that name.
+        If no object has this name.
 
     Examples
     --------

@@ -1,7 +1,7 @@
-"""The two answers to a claim: does our value agree with the paper's, and is the method beyond its baseline.
+"""Verdicts on claims: agreement of our value with the paper's, and comparison of the method with its baseline.
 
-Agreement rests on the 95 % interval of where we are, against the bounds of the claim, and on nothing else.  Beyond the
-baseline is decided by the interval of the paired gap between method and baseline; it never takes agreement away.
+Agreement depends only on the 95 % interval of our value and the bounds of the claim.  The comparison depends on the
+interval of the paired difference between method and baseline; it does not change the agreement.
 """
 
 from __future__ import annotations
@@ -15,32 +15,35 @@ from pipeline.papers.claims import Agreement, Beyond, Claim, Kind
 from pipeline.papers.intervals import Estimate, Interval
 
 FEWEST_COVERED = 12
-"""Over fewer people a 95 % interval of a mean holds the true one less than 93 times in a hundred, if it is exponential
-(``make bench ARGS=coverage_of_intervals``): they decide nothing."""
+"""Smallest number of people whose interval decides a claim.
+
+With fewer people, a 95 % interval of a mean covers the true mean of exponential data in less than 93 % of trials
+(``make bench ARGS=coverage_of_intervals``).
+"""
 
 _OVERRIDDEN = "not explained: the options differ from the preset's"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Evidence:
-    """What the tables say on a claim.
+    """Values for a claim, computed from the tables.
 
     Attributes
     ----------
     value : Estimate
         Our value in the claim's unit; not finite if the tables have none.
     one_sample : Estimate or None
-        The value with the interval of one sample of the paper's size.
+        Our value with the prediction interval for one sample of the paper's size.
     baseline : Estimate or None
-        The same measure of the baseline; None if it has none.
+        The measure of the baseline, if any.
     gain : Estimate or None
-        By how much the method is better than the baseline, their replicates paired (`gain`).
+        Advantage of the method over the baseline, with paired replicates (`gain`).
     people : int or None
-        How many people the tables rest on; None if it is not known.
+        Number of people in the tables, if known.
     doubt : str
-        Why the tables decide nothing: who is who is not known, or a condition of the experiment is not met; else empty.
+        Reason why the tables cannot decide: unknown people, or a condition that is not met; else empty.
     drawn : int
-        How many people or clips the interval draws from; 0 if it is over populations.
+        Number of people or clips that the interval resamples; 0 for an interval over populations.
     """
 
     value: Estimate
@@ -54,7 +57,7 @@ class Evidence:
 
 @dataclass(frozen=True)
 class Verdict:
-    """The two answers to a claim for one data set.
+    """Verdict on a claim for one data set.
 
     Attributes
     ----------
@@ -75,12 +78,12 @@ class Verdict:
 
     @property
     def value(self) -> float | None:
-        """Our value in the claim's unit; None if there is none."""
+        """Our value in the claim's unit, if any."""
         return self.evidence.value.value if self.evidence else None
 
     @property
     def row(self) -> dict[str, str]:
-        """The columns of ``claims.csv`` that counts rest on."""
+        """Row of ``claims.csv``, with the columns that are counted."""
         return {
             "paper": self.claim.paper,
             "kind": str(self.claim.kind),
@@ -91,18 +94,19 @@ class Verdict:
 
     @property
     def paper_in_prediction(self) -> bool | None:
-        """Whether one sample of the paper's size would give the paper's number; None if that is not known."""
-        found = self.evidence.one_sample if self.evidence else None
-        if found is None or not found.known or self.claim.published is None:
+        """True if the paper's number lies in the prediction interval for its sample size; None without either."""
+        prediction = self.evidence.one_sample if self.evidence else None
+        if prediction is None or not prediction.known or self.claim.published is None:
             return None
-        return found.low <= self.claim.published <= found.high
+        return prediction.low <= self.claim.published <= prediction.high
 
 
 def gain(claim: Claim, baseline: float) -> Callable[[Any, Any], Any]:
-    """Return the function of values and baselines by which the first are better.
+    """Return the function of values and baselines that gives the advantage of the values.
 
-    The better side is the open one of the bounds, else what the class says; else that on which they lie of the
-    baseline; within two ends, the nearness to the paper's number, or to the middle.
+    Bounds with one end define the better side.  With two ends, the class of the measure defines it, or else the side
+    of the baseline on which the bounds lie.  If the baseline lies within the bounds, nearness to the paper's number,
+    or to the middle of the bounds, is better.
     """
     bounds = claim.bounds.agrees or Interval()
     side = int(math.isinf(bounds.high)) - int(math.isinf(bounds.low))
@@ -122,21 +126,21 @@ def judge(
     smoke: bool = False,
     overridden: bool = False,
 ) -> Verdict:
-    """Return the verdict on a claim.
+    """Return the verdict on a claim for one data set.
 
     Parameters
     ----------
     claim : Claim
     found : Evidence
     data_name : str
-        Option of the data group, ``"synthetic"``, ``"optical"``…: what is assumed of it, whether the claim is about
-        it, the explanation of a difference.
+        Option of the data group, such as ``"synthetic"`` or ``"optical"``.  It selects assumptions, scope and
+        explanation of the claim.
     number : callable, optional
-        Our value of another claim or quantity, by name, for explanations that quote it.
+        Function from the name of another claim or quantity to our value, which explanations quote.
     smoke : bool
-        Whether the tables are of a small run, which decides nothing but conditions.
+        True for tables of a small run, which decides only conditions.
     overridden : bool
-        Whether options differ from the preset's: no explanation of a difference is given.
+        True if options differ from the preset's: differences are not explained.
     """
     bounds = claim.bounds_on(data_name)
     if claim.bounds.registered is not None and (smoke or overridden):
@@ -181,7 +185,7 @@ def judge(
 
 
 def _untestable(claim: Claim, found: Evidence, data_name: str) -> str:
-    """Return why this data cannot decide, empty if it can."""
+    """Return the reason why these data cannot decide a claim, empty if they can."""
     if data_name in claim.scope.assumed:
         return (
             f"{found.value} {claim.unit}".rstrip()
@@ -198,7 +202,7 @@ def _untestable(claim: Claim, found: Evidence, data_name: str) -> str:
 
 
 def _agreement(claim: Claim, value: Estimate) -> tuple[Agreement, str]:
-    """Return the agreement, and the reason where it is not that the interval lies within or outside of the bounds."""
+    """Return the agreement, with the reason unless the interval lies inside or outside of the bounds."""
     assert claim.bounds.agrees is not None
     if not value.known:
         return Agreement.UNDECIDED, "no interval is known"

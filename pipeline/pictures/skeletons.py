@@ -44,7 +44,7 @@ def draw_skeletons(
     )
     low, tops = min(0.0, bodies[..., 1].min()), bodies[..., 1].max(axis=(1, 2))
     left, right = bodies[..., 0].min(), bodies[..., 0].max()
-    count, step = 1 + len(rows[0].beside), 1.04 * (right - left)
+    count, step = 1 + len(rows[0].separate), 1.04 * (right - left)
     # Inches per millimetre, the same for all skeletons.
     inches = min((look.PAGE_WIDTH - look.FRAME) / (count * step), _MAX_HEIGHT / (tops.max() - low))
     head, foot = 0.24 / inches, 0.03 / inches
@@ -67,7 +67,7 @@ def draw_skeletons(
             add_bones(axes, body[1:], bones, colour=sampled, width=light)
             add_bones(axes, body[:1] + shift[:1], bones, colour=mean, width=strong)
             add_bones(axes, body[:1] + shift[1:], bones, colour="silver", width=look.BONE_WIDTHS["broad"])
-            samples = row.others[list(row.beside)] + shift[1:]
+            samples = row.others[list(row.separate)] + shift[1:]
             add_bones(axes, samples, bones, colour=sampled, width=strong)
         kinds = [
             *zip(legend, looks, strict=True),

@@ -29,7 +29,7 @@ def draw_walking(
     path: Path,
     bones: Bones,
     *,
-    seen: np.ndarray,
+    observed: np.ndarray,
     original: np.ndarray,
     reconstructed: np.ndarray,
     seconds: float,
@@ -47,12 +47,12 @@ def draw_walking(
         ``….svg``; the folder must exist.
     bones : sequence of (int, int)
         Pairs of joints.
-    seen : (F, J, 2) float
+    observed : (F, J, 2) float
         Points in the camera's image.
     original, reconstructed : (K, J, 2) float
         Points from a view that turns; K is a multiple of F.
     seconds : float
-        Duration of the F frames of `seen`.
+        Duration of the F frames of `observed`.
     estimated : (J,) bool
         Unmeasured joints, which are drawn hollow.
     words : sequence of (str, str)
@@ -65,10 +65,10 @@ def draw_walking(
     InvalidInput
         If K is not a multiple of F, or numbers are not finite.
     """
-    seen, original, body = (
-        require_finite(f"{path}, walker", part) for part in (seen, original, reconstructed)
+    observed, original, body = (
+        require_finite(f"{path}, walker", part) for part in (observed, original, reconstructed)
     )
-    if len(original) % len(seen):
+    if len(original) % len(observed):
         raise InvalidInput(
             "the turning view does not cover whole cycles",
             path,
@@ -77,9 +77,9 @@ def draw_walking(
         )
     pairs = np.asarray(bones)
     if still is not None:
-        seen, original, body = seen[[still % len(seen)]], original[[still]], body[[still]]
-    high = max(part[..., 1].max() for part in (seen, original, body))
-    low = min(part[..., 1].min() for part in (seen, original, body))
+        observed, original, body = observed[[still % len(observed)]], original[[still]], body[[still]]
+    high = max(part[..., 1].max() for part in (observed, original, body))
+    low = min(part[..., 1].min() for part in (observed, original, body))
     scale = _FILL_SHARE * (_HEIGHT - _HEADING - 2 * _MARGIN) / (high - low)
     floor = _HEIGHT - _MARGIN - 0.5 * (1 - _FILL_SHARE) * (_HEIGHT - _HEADING - 2 * _MARGIN)
 
@@ -90,7 +90,7 @@ def draw_walking(
 
     half = 0.42 * _WIDTH
     left, right = 0.5 * half + _MARGIN, 0.5 * (half + _WIDTH)
-    turning = seconds * len(original) / len(seen)
+    turning = seconds * len(original) / len(observed)
     body, truth = placed(body, right), placed(original, right)
     blue, grey = hex_colour("reconstruction"), hex_colour("reference")
     parts = [
@@ -102,7 +102,7 @@ def draw_walking(
         f'<rect x="{_MARGIN}" y="{_HEADING}" width="{half - _MARGIN:.0f}" height="{_HEIGHT - _HEADING - _MARGIN}"'
         f' rx="8" fill="{_NIGHT}"/>',
         *_headings(words, (_MARGIN, half + 2 * _MARGIN)),
-        _animated(_dots(placed(seen, left)), seconds, 'stroke="#ffffff" stroke-width="9"'),
+        _animated(_dots(placed(observed, left)), seconds, 'stroke="#ffffff" stroke-width="9"'),
         _animated(
             _lines(truth, pairs), turning, f'stroke="{grey}" stroke-width="2.5" stroke-dasharray="6 6"'
         ),

@@ -99,7 +99,7 @@ def _part(part: View | Split, timeline: str, extents: Extents) -> rrb.Container 
 
 
 def _view(view: View, timeline: str, extents: Extents) -> rrb.View:
-    for path in (*(view.contents or (view.origin,)), *getattr(view, "shown", ())):
+    for path in (*(view.contents or (view.origin,)), *getattr(view, "focus", ())):
         if not _below(path, extents):
             raise InvalidInput(
                 f"the recording has no entity at {path!r}",
@@ -144,7 +144,7 @@ def _view(view: View, timeline: str, extents: Extents) -> rrb.View:
 
 def framed(view: Space3D, extents: Extents) -> tuple[np.ndarray, np.ndarray]:
     """Return the position and the target of the viewer's eye, metres, such that the content fills the view."""
-    low, high = _box(view, extents, margin=0.0, paths=view.shown)
+    low, high = _box(view, extents, margin=0.0, paths=view.focus)
     target, (across, along, height) = (low + high) / 2.0, high - low
     way = np.array(view.eye_mm) - np.array(view.target_mm)
     way = way / np.linalg.norm(way)
@@ -154,10 +154,10 @@ def framed(view: Space3D, extents: Extents) -> tuple[np.ndarray, np.ndarray]:
 
 def image_bounds(view: Image2D, extents: Extents) -> tuple[np.ndarray, np.ndarray]:
     """Return the upper left and the lower right corner of an image's view, metres."""
-    low, high = _box(view, extents, margin=(1.0 / _FILL_SHARE - 1.0) / 2.0, paths=view.shown)
-    if view.beside is None:
+    low, high = _box(view, extents, margin=(1.0 / _FILL_SHARE - 1.0) / 2.0, paths=view.focus)
+    if view.next_to is None:
         return low, high
-    position, target = framed(view.beside, extents)
+    position, target = framed(view.next_to, extents)
     half = np.array([0.0, _HALF_VIEW * np.linalg.norm(position - target)])
     middle, wide = (low + high) / 2.0, np.array([(high - low)[0] / 2.0, 0.0])
     return middle - half - wide, middle + half + wide
@@ -165,11 +165,11 @@ def image_bounds(view: Image2D, extents: Extents) -> tuple[np.ndarray, np.ndarra
 
 def _hidden(view: Space3D | Image2D) -> dict[Any, Any] | None:
     """Return overrides that hide all but the shown entities; visibility is inherited."""
-    if not view.shown:
+    if not view.focus:
         return None
     tops = view.contents or (view.origin,)
     hidden: dict[Any, Any] = {path: rrb.EntityBehavior(visible=False) for path in tops}
-    return hidden | {path: rrb.EntityBehavior(visible=True) for path in view.shown}
+    return hidden | {path: rrb.EntityBehavior(visible=True) for path in view.focus}
 
 
 def _ordered(view: View, limits: tuple[float, float]) -> tuple[float, float]:

@@ -163,7 +163,7 @@ def _walker(figure: PublishedFigure, to: Path) -> list[Path]:
         draw_walking(
             path,
             WALKER15.bones,
-            seen=fourier.synthesise(camera.project(truth, angle), 1.0, cycle),
+            observed=fourier.synthesise(camera.project(truth, angle), 1.0, cycle),
             original=turning(truth),
             reconstructed=turning(reconstruction),
             seconds=1.0 / arrays["stride_hz"][r],

@@ -60,8 +60,8 @@ def names_quoted(data_name: str, group: str, switch: str) -> list[str]:
             for _, explanation in claim.explanations:
                 run = explanation.run
                 if run and (run.data, run.group, run.switch) == (data_name, group, switch):
-                    asked = filter(None, map(of_run, papers.placeholders(explanation.text)))
-                    names |= {other or claim.name for _, other in asked}
+                    quoted = filter(None, map(of_run, papers.placeholders(explanation.text)))
+                    names |= {other or claim.name for _, other in quoted}
     return sorted(names)
 
 
@@ -77,7 +77,7 @@ def _tables(item: papers.Claim | papers.Quantity) -> tuple[str, ...]:
 
 
 def made_by(folder: Path) -> tuple[str, bool]:
-    """Return the scale of the figures of a folder, several joined, and whether the checkout was a clean one."""
+    """Return the scales of the figures in a folder, joined, and True if the checkout had no changes."""
     manifests = [
         read_manifest(path.parent, ("scale", "provenance")) for path in visible(folder, "*/manifest.json")
     ]
@@ -107,8 +107,8 @@ def keep_numbers(path: Path, numbers: Sequence[Numbers], data_name: str, group: 
             "name": name,
             **{
                 f"{side}{end}": part
-                for side, found in (("without", value), ("with", run.with_it[name]))
-                for end, part in (("", found.value), ("_low", found.low), ("_high", found.high))
+                for side, estimate in (("without", value), ("with", run.with_it[name]))
+                for end, part in (("", estimate.value), ("_low", estimate.low), ("_high", estimate.high))
             },
         }
         for run in numbers
@@ -120,13 +120,13 @@ def keep_numbers(path: Path, numbers: Sequence[Numbers], data_name: str, group: 
 def keep_table(
     path: Path, rows: Sequence[Mapping[str, Any]], numbers: Sequence[Numbers], data_name: str, group: str
 ) -> None:
-    """Replace the rows of these switches in the table of what switches move; what does not move is left out."""
-    made = {run.name: run for run in numbers}
+    """Replace the rows of these switches in the table of claims that switches change."""
+    by_name = {run.name: run for run in numbers}
     moved = [
         {
-            "scale": made[row["switch"]].scale,
+            "scale": by_name[row["switch"]].scale,
             **row,
-            "common": " ".join(made[row["switch"]].common),
+            "common": " ".join(by_name[row["switch"]].common),
         }
         for row in rows
         if row["answer_moves"] or row["outside_the_interval"]
@@ -137,7 +137,7 @@ def keep_table(
 def keep_runs(
     path: Path, rows: Sequence[Mapping[str, Any]], numbers: Sequence[Numbers], data_name: str, group: str
 ) -> None:
-    """Replace these switches in the table of what was run: options, figures, how many claims were judged and moved."""
+    """Replace the rows of these switches in the table of runs: options, figures, numbers of claims and changes."""
     of_switch = {run.name: [row for row in rows if row["switch"] == run.name] for run in numbers}
     runs = [
         {
@@ -164,16 +164,16 @@ def _replace(
     *,
     sort_by: list[str],
 ) -> None:
-    """Replace the rows of these switches in a table, which goes when no row is left."""
+    """Replace the rows of these switches in a table; an empty table is deleted."""
     rows = [{"data": data_name, "group": group, **row} for row in rows]
-    made, by = {(data_name, group, run.name) for run in numbers}, ["data", "group", "switch"]
+    renewed, by = {(data_name, group, run.name) for run in numbers}, ["data", "group", "switch"]
 
     def stale(row: Mapping[str, str]) -> bool:
-        return tuple(row[name] for name in by) in made
+        return tuple(row[name] for name in by) in renewed
 
-    there = tables.read_rows(path) if path.is_file() else []
-    if rows or not all(map(stale, there)):
-        columns = [*(rows or there)[0]]
+    stored = tables.read_rows(path) if path.is_file() else []
+    if rows or not all(map(stale, stored)):
+        columns = [*(rows or stored)[0]]
         tables.renew(path, rows, stale, columns=columns, sort_by=[*by, *sort_by])
     else:
         path.unlink(missing_ok=True)

@@ -48,8 +48,8 @@ def _statistic(
     table: Table, column: str, where: Expression, of: Callable[[Rows, np.ndarray], np.ndarray]
 ) -> Number:
     rows = rows_of(table, where)
-    found = values(rows.frame, column)
-    return rows.number(of(rows, found)) if whole(found) else rows.no_number
+    entries = values(rows.frame, column)
+    return rows.number(of(rows, entries)) if whole(entries) else rows.no_number
 
 
 def mean(table: Table, column: str, where: Expression = ALL) -> Number:
@@ -79,38 +79,38 @@ def smallest(table: Table, column: str, where: Expression = ALL) -> Number:
 
 def only(table: Table, column: str, where: Expression = ALL) -> float:
     """The single entry of a column; NaN if there are none or several."""
-    found = values(table, column, where)
-    return float(found[0]) if found.size == 1 else np.nan
+    entries = values(table, column, where)
+    return float(entries[0]) if entries.size == 1 else np.nan
 
 
 def at_smallest(table: Table, column: str, of: str) -> Number:
-    """The value of a column at which the mean of another is smallest; the first in the table on ties."""
+    """Value of a column with the smallest mean of another column; the first in the table on ties."""
     rows = rows_of(table)
-    found, at = values(rows.frame, of), values(rows.frame, column)
-    if not (whole(found) and whole(at)):
+    entries, at = values(rows.frame, of), values(rows.frame, column)
+    if not (whole(entries) and whole(at)):
         return rows.no_number
     places, first, group = np.unique(at, return_index=True, return_inverse=True)
     order = np.argsort(first)
-    curve = rows.group_means(found, group, len(places))[0][:, order]
+    curve = rows.group_means(entries, group, len(places))[0][:, order]
     chosen = np.where(np.isnan(curve), np.inf, curve).argmin(axis=1)
     return rows.number(places[order][chosen])
 
 
 def mean_step(table: Table, column: str) -> Count:
-    """Range of a column over the number of steps between its different values."""
-    found = np.unique(values(table, column))
-    return Count(float(np.ptp(found) / (found.size - 1.0)) if found.size > 1 else np.nan)
+    """Mean step between the distinct values of a column."""
+    entries = np.unique(values(table, column))
+    return Count(float(np.ptp(entries) / (entries.size - 1.0)) if entries.size > 1 else np.nan)
 
 
 def variation_percent(table: Table, column: str) -> Number:
     """Standard deviation of a column (divisor n - 1) in per cent of its mean."""
     rows = rows_of(table)
-    found = values(rows.frame, column)
-    if not whole(found) or found.size < 2:
+    entries = values(rows.frame, column)
+    if not whole(entries) or entries.size < 2:
         return rows.no_number
-    middle = found.mean()
-    level = middle + rows.mean(found - middle)
-    return rows.number(np.asarray(ratio_percent(rows.deviation(found), level)))
+    middle = entries.mean()
+    level = middle + rows.mean(entries - middle)
+    return rows.number(np.asarray(ratio_percent(rows.deviation(entries), level)))
 
 
 def distinct(table: Table, columns: list[str]) -> Count:
@@ -123,36 +123,36 @@ def distinct(table: Table, columns: list[str]) -> Count:
 
 
 def percent(table: Table, of: Expression, where: Expression = ALL) -> Number:
-    """Rows for which an expression holds, in per cent of those chosen; NaN if one of them lacks a number."""
+    """Percentage of the selected rows for which an expression is true; NaN if a row lacks a number."""
     rows = rows_of(table, where)
-    held = holds(rows.frame, of)
+    true_rows = holds(rows.frame, of)
     if not len(rows.frame) or rows.frame[columns_of(of)].isna().any(axis=None):
         return rows.no_number
-    return rows.number(100.0 * rows.mean(held.astype(float)))
+    return rows.number(100.0 * rows.mean(true_rows.astype(float)))
 
 
 def percent_below(table: Table, column: str, by: str, of: str, than: str) -> Number:
-    """Groups of rows for which one method's mean entry is below another's, in per cent of all.
+    """Percentage of groups of rows in which one method's mean entry is below another's.
 
     NaN if a group lacks either method, has one twice for the same person, or an entry is not finite.
     """
     rows = rows_of(table)
     require_columns(rows.frame, column, by, "method")
     chosen = rows.frame["method"].isin([of, than]).to_numpy()
-    own = [name for name in ("walker", "person", "population") if name in rows.frame.columns]
+    keys = [name for name in ("walker", "person", "population") if name in rows.frame.columns]
     read = list(
-        dict.fromkeys([column, by, "method", *own])
+        dict.fromkeys([column, by, "method", *keys])
     )  # of millions of rows no further column is copied
     rows = Rows(rows.frame[read], rows.cluster, rows.weights, rows.plain).where(chosen)
-    frame, found = rows.frame, values(rows.frame, column)
+    frame, entries = rows.frame, values(rows.frame, column)
     group, labels = frame[by].factorize(use_na_sentinel=False)
-    one = (frame["method"] == of).to_numpy()
-    there = [np.bincount(group[mine], minlength=len(labels)) > 0 for mine in (one, ~one)]
-    if not whole(found) or frame.duplicated([by, "method", *own]).any() or not np.all(there):
+    first = (frame["method"] == of).to_numpy()
+    present = [np.bincount(group[mine], minlength=len(labels)) > 0 for mine in (first, ~first)]
+    if not whole(entries) or frame.duplicated([by, "method", *keys]).any() or not np.all(present):
         return rows.no_number
     means = []
-    for mine in (one, ~one):
-        mean_of_part, times = rows.where(mine).group_means(found[mine], group[mine], len(labels))
+    for mine in (first, ~first):
+        mean_of_part, times = rows.where(mine).group_means(entries[mine], group[mine], len(labels))
         means.append(mean_of_part)
     with np.errstate(invalid="ignore"):
         below = np.where(times > 0, means[0] < means[1], 0.0)
@@ -174,7 +174,7 @@ def ratio_percent(of: Number, to: Number) -> Number:
 
 
 def percent_less(of: Number, than: Number) -> Number:
-    """By how many per cent of the second number the first is smaller; negative if it is not."""
+    """Reduction of the first number relative to the second, per cent; negative if the first is larger."""
     return 100.0 * (1.0 - ratio(of, than))
 
 
@@ -199,10 +199,10 @@ def total(of: list[Number]) -> Number:
 
 
 def larger(of: list[Number]) -> Number:
-    """The largest of numbers; NaN if one is."""
+    """Largest of some numbers; NaN if one is NaN."""
     return as_number(np.max(np.broadcast_arrays(*of), axis=0))
 
 
 def smaller(of: list[Number]) -> Number:
-    """The smallest of numbers; NaN if one is."""
+    """Smallest of some numbers; NaN if one is NaN."""
     return as_number(np.min(np.broadcast_arrays(*of), axis=0))

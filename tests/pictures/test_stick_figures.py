@@ -19,7 +19,7 @@ LIMB = np.array([[0.0, 1700.0], [50.0, 900.0], [-200.0, 0.0]])
 POSTURES = PostureRow(
     label="0°", original=np.tile(LIMB, (5, 1, 1)), reconstructed=np.tile(LIMB + 20, (5, 1, 1))
 )
-SKELETONS = SkeletonRow(label="frame 1", centre=LIMB, others=np.tile(LIMB + 20, (4, 1, 1)), beside=(3, 1))
+SKELETONS = SkeletonRow(label="frame 1", centre=LIMB, others=np.tile(LIMB + 20, (4, 1, 1)), separate=(3, 1))
 
 
 def segments(path: Path) -> int:

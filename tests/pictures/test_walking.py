@@ -17,7 +17,7 @@ STEPS = LIMB + 10.0 * np.arange(4)[:, None, None]
 draw = partial(
     draw_walking,
     bones=BONES,
-    seen=STEPS,
+    observed=STEPS,
     original=np.tile(STEPS, (2, 1, 1)),
     reconstructed=np.tile(STEPS, (2, 1, 1)) + 5.0,
     seconds=1.25,
@@ -51,4 +51,4 @@ def test_the_still_picture_is_one_frame(tmp_path: Path) -> None:
 
 def test_turns_of_broken_cycles_are_refused(tmp_path: Path) -> None:
     with rejects("not_whole_cycles", "a.svg"):
-        draw(tmp_path / "a.svg", seen=STEPS[:3], words=WORDS)
+        draw(tmp_path / "a.svg", observed=STEPS[:3], words=WORDS)

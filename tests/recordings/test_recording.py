@@ -39,7 +39,7 @@ def write_gait(path: Path, *, positions: np.ndarray, colour: str = "original", e
         recording.skeleton("world/original/walker_08", positions + 5.0, BONES)
         recording.image_points("image/observed", positions[..., [0, 2]], BONES)
         displayed = ("world/original/walker_07",)
-        views = [Space3D(name="space", shown=displayed), Image2D(name="image"), Notes()]
+        views = [Space3D(name="space", focus=displayed), Image2D(name="image"), Notes()]
         recording.blueprint(Columns(*views, shares=(3, 1, 1)), playing=True)
 
 
@@ -235,7 +235,7 @@ def test_a_view_and_the_image_beside_it_show_a_body_at_one_height() -> None:
         "image": Extent((-0.3, -1.75), (0.3, 0.05)),
     }
     space = Space3D(name="space", aspect=2.0)
-    (left, top), (right, bottom) = image_bounds(Image2D(name="image", beside=space), extents)
+    (left, top), (right, bottom) = image_bounds(Image2D(name="image", next_to=space), extents)
     eye, target = framed(space, extents)
     alone_top, alone_bottom = (c[1] for c in image_bounds(Image2D(name="image"), extents))
     np.testing.assert_allclose(bottom - top, alone_bottom - alone_top)  # of the same body, the same share
@@ -244,7 +244,7 @@ def test_a_view_and_the_image_beside_it_show_a_body_at_one_height() -> None:
     # Three bodies side by side are seen from farther away, and so is the image.
     wide = {**extents, "world": Extent((-3.0, -0.5, 0.0), (3.0, 0.5, 1.8))}
     far, _ = framed(space, wide)
-    (_, high), (_, low) = image_bounds(Image2D(name="image", beside=space), wide)
+    (_, high), (_, low) = image_bounds(Image2D(name="image", next_to=space), wide)
     np.testing.assert_allclose(
         (low - high) / (bottom - top), np.linalg.norm(far - target) / np.linalg.norm(eye - target)
     )
@@ -425,7 +425,7 @@ def test_eighty_walkers_and_two_reconstructions_stay_under_ten_megabytes(tmp_pat
             for k, group in enumerate(("original", "reconstructed/least_squares", "reconstructed/map")):
                 positions = walker(60, seed=3 * number + k)  # noise, which does not compress
                 recording.skeleton(f"world/{group}/walker_{number:02d}", positions, BONES)
-        recording.blueprint(Space3D(name="walkers", shown=("world/original/walker_00",)))
+        recording.blueprint(Space3D(name="walkers", focus=("world/original/walker_00",)))
     assert len(entities(tmp_path / "many.rrd")) == 241
     assert (tmp_path / "many.rrd").stat().st_size < 10e6
 
@@ -458,7 +458,7 @@ def test_the_viewer_draws_every_view_without_complaint(tmp_path: Path) -> None:
 def test_what_is_shown_in_space_is_framed_wherever_it_is_and_however_large() -> None:
     small = Extent((4.0, -0.3, 0.0), (4.4, 0.3, 1.8))
     large = Extent((-9.0, -9.0, 0.0), (9.0, 9.0, 3.0))
-    view = Space3D(name="one", shown=("world/small",))
+    view = Space3D(name="one", focus=("world/small",))
     eye, target = framed(view, {"world/small": small, "world/large": large})
     np.testing.assert_allclose(target, [4.2, 0.0, 0.9])
     assert 2.0 < np.linalg.norm(eye - target) < 3.5

@@ -21,8 +21,10 @@ BOUND = 3.0
 """Standard deviations from the mean within which a posture is accepted [section 4, figure 3d]."""
 
 FLOOR_SHARE = 0.01
-"""Least standard deviation, as a part of the root mean square one: where all performances agree to rounding, no new
-posture would ever be accepted."""
+"""Smallest standard deviation over the root mean square one.
+
+Without it, no new posture is accepted where all performances agree to rounding.
+"""
 
 _FARTHEST = 38.0
 """Standard deviations beyond which the probability of a normal number is zero in double precision."""
@@ -131,7 +133,7 @@ def sample(
     at: int | None = None,
     bound: float = BOUND,
 ) -> np.ndarray:
-    """Random accepted postures: each coordinate is normal by itself, truncated at the bound.
+    """Random accepted postures, with independent normal coordinates truncated at the bound.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""An action, learnt: from postures of performances to synchronized performances and the action model.
+"""Learning of an action: from postures of performances to synchronized performances and the action model.
 
 mozerov2006 sections 2 to 4 in one piece, as a tracker without one performance and the figures with all of them
 need it.  Every performance goes through the aSpace, linear normalisation, synchronization to the median sequence.
@@ -140,7 +140,7 @@ def mean_squared_deviation(performances: np.ndarray) -> float:
 def by_key_frames(
     raw: Sequence[np.ndarray], *, samples: int = 100, count: int = 5
 ) -> KeyFrameSynchronization:
-    """The paper's comparison: performances with the same number of frames between key-frames.
+    """Performances for the paper's comparison, with the same number of frames between key-frames.
 
     Parameters
     ----------

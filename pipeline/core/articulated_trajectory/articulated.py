@@ -1,4 +1,4 @@
-"""A skeleton's motion from its images, and what does not fit in it: residuals, lengths, images upside down."""
+"""Motion of a skeleton from its images, with diagnostics: residuals, lengths, images upside down."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class Articulated:
 
     @property
     def residual_px(self) -> dict[str, float]:
-        """Root mean square of `reprojection_px` by joint; NaN of one that was never seen."""
+        """Root mean square of `reprojection_px` by joint; NaN for a joint that was never observed."""
         return {joint: _root_mean_square(distance) for joint, distance in self.reprojection_px.items()}
 
     @property
@@ -79,7 +79,7 @@ class Articulated:
         return verdicts
 
     def doubts(self, upside_down: Mapping[str, np.ndarray]) -> Iterator[str]:
-        """Sentences on what does not fit, with the numbers.
+        """Warnings about residuals, lengths and orientation, with the numbers.
 
         Parameters
         ----------
@@ -105,6 +105,6 @@ class Articulated:
 
 
 def _root_mean_square(distances: np.ndarray) -> float:
-    """Root mean square of the distances that are known, NaN if none is."""
+    """Root mean square of the finite distances, NaN without any."""
     finite = distances[~np.isnan(distances)]
     return float(np.sqrt(np.mean(finite**2))) if finite.size else np.nan

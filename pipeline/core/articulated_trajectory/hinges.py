@@ -25,7 +25,7 @@ from pipeline.core.articulated_trajectory.limb_tree import LimbTree
 from pipeline.core.limb_chain import Chain
 
 _MARGIN = 1e-6
-"""Fraction by which a combination of mirrors has to be cheaper than one that bends as well."""
+"""Relative margin of cost by which a combination of mirrors must beat another that bends equally well."""
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ def flexion(upper: np.ndarray, lower: np.ndarray, axis: np.ndarray, sense: float
 
 
 def wrong_share(bend: np.ndarray) -> float:
-    """Share of all flexion that is the wrong way, 0 to 1; 0.5 without any flexion.
+    """Fraction of all flexion in the wrong direction, 0 to 1; 0.5 without any flexion.
 
     Parameters
     ----------

@@ -32,7 +32,7 @@ MARGIN_OF_DOUBT = MARGIN_GREEN_ABOVE
 
 @dataclass(frozen=True)
 class LimbChoice:
-    """Choice for one limb, and how well the data determine it.
+    """Solution for one limb, with measures of its certainty.
 
     Attributes
     ----------
@@ -87,12 +87,12 @@ class LimbChoice:
 
     @cached_property
     def mirror(self) -> LimbChoice:
-        """The same limb with the mirror of these signs."""
+        """The limb with mirrored signs."""
         return select_signs(self.hits, self.solution, self.used, self.basis, mirrored=not self.mirrored)
 
     @property
     def crossing(self) -> float:
-        """Length that the rays reach, relative to the limb's: about 1, less if it is too long or never crosses them.
+        """Length that the rays require over the limb's length: about 1, or less for a limb that is too long.
 
         NaN of a limb without length.
         """
@@ -101,7 +101,7 @@ class LimbChoice:
 
     @property
     def undecided(self) -> bool:
-        """True if the mirror may be the truth as well; always so for parallel rays, where the margin is 1."""
+        """True if the mirror is nearly as plausible; always for parallel rays, where the margin is 1."""
         return bool(self.solution.margin < MARGIN_OF_DOUBT)
 
 
@@ -135,7 +135,7 @@ def solved(
     noise_px: float = 0.0,
     time_limit_s: float = 1.0,
 ) -> tuple[RayHits, BinarySolution]:
-    """Candidates of one limb, and the best signs that are found [park2011 12].
+    """Candidates of one limb, and the best signs of the search [park2011 12].
 
     Parameters
     ----------

@@ -41,7 +41,7 @@ class LimbTree:
         return self.end(self.chain.ways[joint][-1]) + choice.hits.radius * choice.directions
 
     def placed(self, limb: str, choice: LimbChoice) -> LimbTree:
-        """The tree with this choice for a limb, and without the limbs that the former one carried."""
+        """The tree with this choice for a limb, and without its former descendants."""
         unchanged = {
             name: other for name, other in self.choices.items() if limb not in (name, *self.chain.ways[name])
         }
@@ -49,7 +49,7 @@ class LimbTree:
 
     @property
     def positions(self) -> np.ndarray:
-        """Positions (F, J, 3), mm, of the candidates that were chosen, imputed where there were none."""
+        """Positions (F, J, 3), mm, of the chosen candidates, imputed in frames without candidates."""
         positions = np.full((len(self.root), len(self.chain.joints), 3), np.nan)
         positions[:, self.chain.joints.index(self.chain.root)] = self.root
         for limb, choice in self.choices.items():

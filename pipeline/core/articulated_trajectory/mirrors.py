@@ -16,7 +16,7 @@ from pipeline.core.articulated_trajectory.limb_tree import LimbTree
 from pipeline.validation import InvalidInput
 
 MARGIN = 1e-6
-"""Fraction of the cost by which a mirror has to be better: less may be rounding."""
+"""Relative margin of cost by which a mirror must be better, above rounding."""
 
 
 def better_mirrors(
@@ -24,7 +24,7 @@ def better_mirrors(
     choose: Callable[[LimbTree, str], LimbChoice],
     cost: Callable[[LimbTree], float],
 ) -> LimbTree:
-    """The tree with each limb as it was chosen or mirrored, whichever lowers the cost of the refined tree.
+    """The tree with some limbs mirrored where that lowers the cost of the refined tree.
 
     Parameters
     ----------

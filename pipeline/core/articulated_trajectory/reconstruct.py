@@ -77,7 +77,7 @@ class Options:
     time_limit_s: float = 0.5
 
     def of_each_limb(self) -> Options:
-        """The same without what is decided once the limbs have been chosen, each on its own."""
+        """The options for single limbs, without the steps after all limbs have been chosen."""
         return replace(self, use_hinges=False, try_mirrors=False, refine=False)
 
 
@@ -204,7 +204,7 @@ class Reconstruction:
     starts: dict[int, tuple[LimbChoice, SphericalTrajectory]] = field(default_factory=dict)
 
     def under(self, options: Options) -> Reconstruction:
-        """The same skeleton under other options; what they do not change is not chosen again."""
+        """The same skeleton with other options; choices that do not depend on the changed options are reused."""
         if options.of_each_limb() == self.options.of_each_limb():
             return replace(self, options=options)
         return replace(self, options=options, choices={}, starts={})
@@ -225,7 +225,7 @@ class Reconstruction:
         return self.camera.matrix
 
     def whole(self) -> Articulated:
-        """All limbs, chosen and refined as the options say."""
+        """The whole skeleton, with limbs chosen and refined according to the options."""
         tree = self.chosen()
         if self.options.try_mirrors:
             # What was read off the rays stays as it is, or trees would be compared that have not the same unknowns.
@@ -249,9 +249,9 @@ class Reconstruction:
         return dict(zip(self.chain.joints, distances.T, strict=True))
 
     def upside_down(self) -> dict[str, np.ndarray]:
-        """`Articulated.reprojection_px` of images whose rows are counted the other way; inf where none is possible.
+        """Reprojection errors of images that are turned upside down; inf without a solution.
 
-        They are turned over about the row at which the root's images agree best with the root.
+        The images are turned over about the row at which the root's images agree best with the root.
         """
         images, middle = (
             self.images.copy(),
@@ -270,7 +270,7 @@ class Reconstruction:
             return {self.chain.root: np.array([np.inf])}
 
     def chosen(self) -> LimbTree:
-        """Every limb on its own, from the root to the leaves."""
+        """Choices for single limbs, from the root to the leaves."""
         tree = LimbTree(self.chain, self.root)
         for limb in self.chain.limbs:
             tree = tree.placed(limb, self.choose(tree, limb))

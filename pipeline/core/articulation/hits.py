@@ -27,7 +27,7 @@ Adjustment = StrEnum("Adjustment", ["per_frame", "global", "robust"])
 Adjustment.__doc__ = """Treatment of a ray that misses the sphere of a limb."""
 
 ROBUST_QUANTILE = 0.95
-"""Part of the rays that a radius adjusted robustly reaches."""
+"""Fraction of the rays that a robustly adjusted radius reaches."""
 
 
 class RayStatus(IntEnum):
@@ -104,7 +104,7 @@ class RayHits:
         return self.middle + signs[:, None] * self.half_chord
 
     def resolved(self) -> RayHits:
-        """The same with forced frames decided: middle is their far candidate and their half chord zero.
+        """The candidates with forced frames fixed: their middle is the far candidate, their half chord zero.
 
         Whatever signs are chosen, none of the candidates then lies behind its camera.
         """
@@ -124,7 +124,7 @@ def ray_sphere(
     *,
     adjust: Adjustment = Adjustment.per_frame,
 ) -> RayHits:
-    """Both points of every ray at the limb's length from the parent [park2011 8, 9].
+    """Both intersections of every ray with the sphere of the limb's length about the parent [park2011 8, 9].
 
     Parameters
     ----------
@@ -157,7 +157,7 @@ def ray_sphere(
 
 
 def on_sphere(rays: Rays, radius: float, *, adjust: Adjustment = Adjustment.per_frame) -> RayHits:
-    """Both points of rays that are known, as by `ray_sphere`: the same rays serve every radius.
+    """Both intersections as by `ray_sphere`, for given rays, which serve several radii.
 
     Parameters
     ----------

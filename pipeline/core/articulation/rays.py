@@ -29,7 +29,7 @@ import numpy as np
 from pipeline.validation import InvalidInput, require_range, require_shape
 
 _NO_CENTRE = 1e-12
-"""Sine of the angle between the image plane's axes and the axis ahead, below which a camera has no centre."""
+"""Sine of the angle between image plane and viewing direction below which a camera counts as parallel."""
 
 _AT_JOINT_MM = 1e-3
 """Distance of camera and parent below which rays do not constrain the limb."""
@@ -114,7 +114,7 @@ def cast_rays(cameras: np.ndarray, pixels: np.ndarray, parents: np.ndarray) -> R
 
 
 def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Vector products (n, 3); of short arrays several times as fast as numpy's."""
+    """Vector products (n, 3); several times as fast as numpy's for short arrays."""
     (ax, ay, az), (bx, by, bz) = a.T, b.T
     return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=1)
 
@@ -130,7 +130,7 @@ def _by_frame(cameras: np.ndarray, pixels: np.ndarray, parents: np.ndarray) -> t
 
 
 def _determinant(M: np.ndarray, p4: np.ndarray, parallel: np.ndarray, frames: np.ndarray) -> np.ndarray:
-    """det M (n,) of the cameras of these frames, after refusing those that have no rays."""
+    """det M (n,) of the cameras of these frames.  Raises InvalidInput for cameras without rays."""
     across = _cross(M[:, 0], M[:, 1])
     det = (across * M[:, 2]).sum(axis=1)
     sizes = np.linalg.norm(M, axis=2)

@@ -29,17 +29,17 @@ from pipeline.core.binary_quadratic import kernels
 from pipeline.validation import InvalidInput, require_range, require_shape
 
 TABLE = 256
-"""Frames up to which A is kept: of more, a row is longer than what it saves."""
+"""Largest number of frames for which the matrix A is tabulated; for more, a table is slower."""
 
 _ORTHONORMAL = 1e-12
-"""Entries of G below this are rounding: the basis is hard."""
+"""Magnitude of the entries of G below which they are rounding and the basis is hard."""
 
 _NORM = 1e-9
 """Largest excess of the squared spectral norm of a basis over one."""
 
 
 class Programme(NamedTuple):
-    """One programme in the form that the kernels read: checked, contiguous, never written to.
+    """Binary quadratic programme in the form for the kernels: checked, contiguous and read-only.
 
     Attributes
     ----------
@@ -77,21 +77,21 @@ class Programme(NamedTuple):
 
     @property
     def frames(self) -> int:
-        """F."""
+        """Number of frames F."""
         return len(self.basis)
 
     @property
     def weight(self) -> np.ndarray:
-        """Squared half chord (F,) where the sign is to be found, zero elsewhere, mm²."""
+        """Squared half chord (F,) in frames with a free sign, zero elsewhere, mm²."""
         return np.where(self.kind == 0, np.square(self.half_chord).sum(axis=1), 0.0)
 
     def objective(self, values: np.ndarray) -> float:
-        """J of signs (F,), or of values between them, mm² [park2011 12]."""
+        """Cost J of signs (F,), or of values between -1 and +1, mm² [park2011 12]."""
         z = np.empty((3, self.basis.shape[1]))
         return kernels.cost(self, np.asarray(values, float), z)
 
     def allowance(self, objective: float) -> float:
-        """Rounding error of J, or of a bound of J, where J is about `objective`, mm².
+        """Rounding error of a cost J, or of its bound, near `objective`, mm².
 
         Notes
         -----
@@ -101,7 +101,7 @@ class Programme(NamedTuple):
         return kernels.allowance_of(sum(self.basis.shape), self.size, objective)
 
     def with_relaxed(self, values: np.ndarray) -> np.ndarray:
-        """`values` (F,) with those of the relaxed frames at their best, the others as they are."""
+        """`values` (F,) with optimal values in the relaxed frames and unchanged values elsewhere."""
         best = np.array(values, float)
         relaxed = self.kind == kernels.RELAXED
         if relaxed.any():

@@ -13,17 +13,17 @@ from pipeline.core.binary_quadratic import kernels
 from pipeline.core.binary_quadratic.candidates import Programme
 
 DIFFERENCES = ((1.0, 0.0), (0.0, 1.0), (0.1, 1.0))
-"""Weights of squared first and second differences for the paths to start from."""
+"""Weights of squared first and second differences of the initial paths."""
 
 LONGEST = 60
 """Frames of the longest window that is flipped; windows that reach the first or last frame may have any length."""
 
 NEARLY = 1.5
-"""Starts whose J, after flips of single frames, is up to this times the least are improved by windows too."""
+"""Ratio of J to the least J up to which a start is improved by flips of windows too."""
 
 
 def mirrored(programme: Programme, values: np.ndarray) -> np.ndarray:
-    """-s where the sign is to be found, s elsewhere, (F,)."""
+    """Mirror (F,) of signs: -s in frames with a free sign, s elsewhere."""
     return np.where(programme.kind == 0, -values, values)
 
 

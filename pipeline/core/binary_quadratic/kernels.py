@@ -23,45 +23,45 @@ import numpy as np
 from pipeline.compilation import compiled_with_free_sums
 
 FORCED, RELAXED = 1, 2
-"""Kinds of frames: 0 is a free sign. The other kinds are always +1, or any value from -1 to +1."""
+"""Kinds of frames: the sign is +1 (forced), or any value from -1 to +1 (relaxed); 0 is a free sign."""
 
 MARGIN = 1e-9
-"""Fraction of J by which signs have to be better to replace others: less is rounding, which must choose nothing."""
+"""Relative margin of J by which signs must be better to replace others, above rounding."""
 
 FEWEST_SWEEPS, MOST_SWEEPS = 2, 20
-"""Sweeps of a node of the box search that cannot be ruled out any more, and of one that might."""
+"""Sweeps of a node of the box search: for a node that cannot be pruned any more, and for one that still may be."""
 
 EPS = float(np.finfo(float).eps)
 
 REFRESH = 8
-"""Boxes after which the derivatives are summed anew: those between carry them along, as the sweeps of one box do."""
+"""Number of boxes after which derivatives are recomputed; in between they are updated."""
 
 LAST_SWEEPS = 2000
-"""Sweeps of the final descent, when only relaxed frames are left and there is nothing to branch on."""
+"""Sweeps of the final descent, when all frames left are relaxed and no branching is possible."""
 
 STEP = 3
-"""Frames between the starts whose S_t are found; those of the frames between are no less than the one after them."""
+"""Frames between starts t whose least cost S_t is computed; S_t of the next start bounds those in between."""
 
 LOOSE = 1e-3
-"""Fraction by which an S_t may be below the least cost."""
+"""Relative tolerance by which a computed S_t may lie below the least cost."""
 
 PATIENCE = 30_000
-"""Nodes after which an S_t that is not found is put at S_(t+1), which also bounds it."""
+"""Number of nodes after which the search for S_t is replaced by its lower bound S_(t+1)."""
 
 OVER_RELAXATION = 1.3
-"""Over-relaxation of coordinate descent: neighbouring frames pull at the same coefficients."""
+"""Over-relaxation factor of coordinate descent, since neighbouring frames share coefficients."""
 
 DEPTH, STATE, TRAIL, NODES = range(4)
 """Places in the counts of the box search."""
 
 ENTER, LEAVE, DONE = range(3)
-"""Its states."""
+"""States of the box search."""
 
 START, LEVEL, PREPARED, ENTERED, FINISHED, TRIED = range(6)
 """Places in the counts of the suffix search."""
 
 FIRST, SEARCHED = 1, 2
-"""Stages of a prepared start: 0 is not prepared, then the best start is followed, then its tree is searched."""
+"""Stages of a prepared start: its best path followed, its tree searched; 0 is not prepared."""
 
 
 @compiled_with_free_sums
@@ -72,7 +72,7 @@ def allowance_of(numbers, size, objective):  # type: ignore[no-untyped-def]
 
 @compiled_with_free_sums
 def copy(numbers, into):  # type: ignore[no-untyped-def]
-    """Copies one number after the other: an assignment of whole arrays takes seconds to compile."""
+    """Copy an array element by element, since an assignment of whole arrays takes seconds to compile."""
     for i in range(len(numbers)):
         into[i] = numbers[i]
 
@@ -82,7 +82,7 @@ def copy(numbers, into):  # type: ignore[no-untyped-def]
 
 @compiled_with_free_sums
 def project(p, values, z):  # type: ignore[no-untyped-def]
-    """z = B^T (m + s u), into `z`."""
+    """Write z = B^T (m + s u) into `z`."""
     basis, middle, half_chord = p.basis, p.middle, p.half_chord
     z[:] = 0.0
     for i in range(len(basis)):
@@ -111,7 +111,7 @@ def slope(basis, middle, half_chord, i, value, z):  # type: ignore[no-untyped-de
 
 @compiled_with_free_sums
 def gradient(p, values, z, half):  # type: ignore[no-untyped-def]
-    """J where `z` is that of the values, with half its derivative by each of them into `half`."""
+    """Return J of the values with this `z`; write half the derivative by each value into `half`."""
     basis, excess, middle, half_chord = p.basis, p.excess, p.middle, p.half_chord
     total = 0.0
     if excess.any():
@@ -129,7 +129,7 @@ def gradient(p, values, z, half):  # type: ignore[no-untyped-def]
 
 @compiled_with_free_sums
 def cost(p, values, z):  # type: ignore[no-untyped-def]
-    """J; `z` is overwritten with that of the values."""
+    """Return J of the values; write their z into `z`."""
     project(p, values, z)
     return gradient(p, values, z, np.empty(len(p.basis)))
 
@@ -185,7 +185,7 @@ def curvature(basis, half_chord):  # type: ignore[no-untyped-def]
 
 @compiled_with_free_sums
 def relax(p, held, point, known, cutoff, sweeps_allowed, allowance, trail, length):  # type: ignore[no-untyped-def]
-    """The least J over the box, about: (a lower bound over the whole box, J, sweeps, frames on the trail).
+    """Return the approximate minimum of J over a box: (lower bound over the box, J, sweeps, frames on the trail).
 
     Frames whose `held` is 0 range over -1 … +1, the others stay.  Coordinate descent from the values of `point`, which
     is (values, z, half) and is overwritten; `known` is J of the values, or NaN where it and half are to be computed.
@@ -300,7 +300,7 @@ def smooth_path(p, first, second):  # type: ignore[no-untyped-def]
 
 @compiled_with_free_sums
 def descend(p, values, longest, other, weight, bounded, allowance):  # type: ignore[no-untyped-def]
-    """Takes the best window from each first frame in turn, if it is an improvement, until none is; J then.
+    """Flip the best window from each first frame in turn until no flip improves J; return J.
 
     Where it is `bounded`, the values may not come nearer to the `other` ones than half of the weights (F,).
     """
@@ -466,9 +466,9 @@ def may_gain(p, values, trial, half, wanted):  # type: ignore[no-untyped-def]
 
 @compiled_with_free_sums
 def search_boxes(p, tree, best, found, gap, allowance, budget):  # type: ignore[no-untyped-def]
-    """Go on with a `searches.BoxTree` for about `budget` sweeps; better signs go into `best` and `found`."""
-    held, values, z, half, trail, levels, bounds, counts = (
-        tree.held, tree.values, tree.z, tree.half, tree.trail, tree.levels, tree.bounds, tree.counts,
+    """Continue a `searches.BoxTree` for about `budget` sweeps; better signs go into `best` and `found`."""
+    fixed, values, z, half, trail, levels, bounds, counts = (
+        tree.fixed, tree.values, tree.z, tree.half, tree.trail, tree.levels, tree.bounds, tree.counts,
     )  # fmt: skip
     kind, bent = p.kind, p.bent
     frames = len(kind)
@@ -484,14 +484,14 @@ def search_boxes(p, tree, best, found, gap, allowance, budget):  # type: ignore[
             depth -= 1
             chosen = levels[depth, 0]
             for j in range(levels[depth, 2], counts[TRAIL]):
-                held[trail[j]] = 0
+                fixed[trail[j]] = 0
             counts[TRAIL] = levels[depth, 2]
             if levels[depth, 1] == 0:
                 levels[depth, 1] = 1
-                held[chosen] = -held[chosen]
+                fixed[chosen] = -fixed[chosen]
                 counts[STATE] = ENTER
             else:
-                held[chosen] = 0
+                fixed[chosen] = 0
                 counts[DEPTH] = depth
             continue
         counts[NODES] += 1
@@ -502,14 +502,14 @@ def search_boxes(p, tree, best, found, gap, allowance, budget):  # type: ignore[
             relaxed = np.nan
             carried = 0
         for i in range(frames):
-            if held[i] == 0:
+            if fixed[i] == 0:
                 left = left or kind[i] != RELAXED
-            elif values[i] != held[i]:
+            elif values[i] != fixed[i]:
                 if carried > 0:
-                    relaxed += move(p, i, held[i] - values[i], z, half)
-                values[i] = held[i]
+                    relaxed += move(p, i, fixed[i] - values[i], z, half)
+                values[i] = fixed[i]
         bound, relaxed, sweeps, counts[TRAIL] = relax(
-            p, held, (values, z, half), relaxed, cutoff,
+            p, fixed, (values, z, half), relaxed, cutoff,
             (FEWEST_SWEEPS if left else LAST_SWEEPS, MOST_SWEEPS if left else LAST_SWEEPS),
             allowance, trail, counts[TRAIL],
         )  # fmt: skip
@@ -535,7 +535,7 @@ def search_boxes(p, tree, best, found, gap, allowance, budget):  # type: ignore[
         chosen = -1
         most = -1.0
         for i in range(frames):
-            if held[i] == 0 and kind[i] != RELAXED:
+            if fixed[i] == 0 and kind[i] != RELAXED:
                 score = bent[i] * (1.0 - values[i] * values[i] + 1e-9)
                 if score > most:
                     most = score
@@ -550,7 +550,7 @@ def search_boxes(p, tree, best, found, gap, allowance, budget):  # type: ignore[
         levels[depth, 1] = 0
         levels[depth, 2] = counts[TRAIL]
         bounds[depth] = bound
-        held[chosen] = -1 if values[chosen] < 0.0 else 1
+        fixed[chosen] = -1 if values[chosen] < 0.0 else 1
         counts[DEPTH] = depth + 1
         counts[STATE] = ENTER
 
@@ -560,7 +560,7 @@ def search_boxes(p, tree, best, found, gap, allowance, budget):  # type: ignore[
 
 @compiled_with_free_sums
 def prepare(rows, kind, kappa, start, gains, worth, links):  # type: ignore[no-untyped-def]
-    """Gains of recursive least squares from frame `start` on, which no sign enters, and what rows make of them.
+    """Compute the gains of recursive least squares from frame `start` on, which do not depend on the signs.
 
     A relaxed frame is left out, by a gain of zero and a worth of zero: it could only add.
     """
@@ -601,7 +601,7 @@ def prepare(rows, kind, kappa, start, gains, worth, links):  # type: ignore[no-u
 
 @compiled_with_free_sums
 def search_suffixes(p, tree, best, found, gap, allowance, budget):  # type: ignore[no-untyped-def]
-    """Go on with a `searches.SuffixTree` for about `budget` nodes; better signs go into `best` and `found`."""
+    """Continue a `searches.SuffixTree` for about `budget` nodes; better signs go into `best` and `found`."""
     rows, gains, worth, links, state, ahead, predicted, off, spent, signs, rest, ends, counts = (
         tree.rows, tree.gains, tree.worth, tree.links, tree.state, tree.ahead, tree.predicted, tree.off,
         tree.spent, tree.signs, tree.rest, tree.ends, tree.counts,
@@ -719,27 +719,27 @@ def search_suffixes(p, tree, best, found, gap, allowance, budget):  # type: igno
 
 @compiled_with_free_sums
 def enter_leaf(p, signs, leaf, parent_bound, best, found, gap, allowance, ends):  # type: ignore[no-untyped-def]
-    """All signs are chosen: J itself, with the relaxed frames at their best; it is also returned.
+    """Return J after all signs are chosen, with optimal values in the relaxed frames.
 
     `leaf` holds what is held, the values, half the derivatives by them and a trail, of the leaf before where its J is
     `known` and not NaN.
     """
-    held, values, half, trail = leaf
+    fixed, values, half, trail = leaf
     kind = p.kind
     z = np.empty((3, p.basis.shape[1]))
     relaxed = False
-    for i in range(len(held)):
+    for i in range(len(fixed)):
         relaxed = relaxed or kind[i] == RELAXED
         if np.isnan(parent_bound):
-            held[i] = 0 if kind[i] == RELAXED else signs[i, 0]
+            fixed[i] = 0 if kind[i] == RELAXED else signs[i, 0]
             values[i] = found[i] if kind[i] == RELAXED else signs[i, 0]
-        elif held[i] != 0 and held[i] != signs[i, 0]:
-            held[i] = signs[i, 0]
-            parent_bound += move(p, i, held[i] - values[i], z, half)
-            values[i] = held[i]
+        elif fixed[i] != 0 and fixed[i] != signs[i, 0]:
+            fixed[i] = signs[i, 0]
+            parent_bound += move(p, i, fixed[i] - values[i], z, half)
+            values[i] = fixed[i]
     cutoff = best[0] - max(gap * abs(best[0]), 2.0 * allowance)
     bound, parent_bound, _, _ = relax(
-        p, held, (values, z, half), parent_bound, cutoff, (LAST_SWEEPS, LAST_SWEEPS), allowance, trail, 0
+        p, fixed, (values, z, half), parent_bound, cutoff, (LAST_SWEEPS, LAST_SWEEPS), allowance, trail, 0
     )
     # Half of what is not looked for: what is better by less may be rounding.
     enough = 0.5 * (best[0] + cutoff)

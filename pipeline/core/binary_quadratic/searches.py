@@ -1,4 +1,4 @@
-"""Two searches that prove signs, or find better ones; each stops after any amount of work: park2011 section 3.2.
+"""Two searches that prove signs optimal or improve them, within any budget of work: park2011 section 3.2.
 
 Symbols are those of `candidates`.
 
@@ -31,7 +31,7 @@ from pipeline.core.binary_quadratic import kernels
 from pipeline.core.binary_quadratic.candidates import Programme
 
 TAMED = 0.01
-"""Fraction of the best J known that is given up to rule wild coefficients out."""
+"""Fraction of the best J by which the bound is loosened to exclude wild coefficients."""
 
 
 class BoxTree(NamedTuple):
@@ -39,11 +39,11 @@ class BoxTree(NamedTuple):
 
     Attributes
     ----------
-    held : (F,) int8
+    fixed : (F,) int8
     values, half : (F,)
     z : (3, K)
     trail : (F,) int
-        Frames that were held on the way.
+        Frames whose signs were fixed on the way.
     levels : (F + 1, 3) int
         Of each level the frame branched on, whether its second child has been entered, the trail's length before it.
     bounds : (F + 2,)
@@ -51,7 +51,7 @@ class BoxTree(NamedTuple):
     counts : (4,) int
     """
 
-    held: np.ndarray
+    fixed: np.ndarray
     values: np.ndarray
     z: np.ndarray
     half: np.ndarray
@@ -71,11 +71,11 @@ class BoxSearch:
 
     def __init__(self, programme: Programme) -> None:
         frames, components = programme.basis.shape
-        held = np.where(programme.kind == kernels.FORCED, 1, 0).astype(np.int8)
+        fixed = np.where(programme.kind == kernels.FORCED, 1, 0).astype(np.int8)
         self._programme = programme
         self._tree = BoxTree(
-            held=held,
-            values=held.astype(float),
+            fixed=fixed,
+            values=fixed.astype(float),
             z=np.empty((3, components)),
             half=np.empty(frames),
             trail=np.empty(frames, np.int64),
@@ -96,7 +96,7 @@ class BoxSearch:
         return int(self._tree.counts[kernels.NODES])
 
     def lower_bound(self) -> float:
-        """The least J that what is still open can hold, inf once nothing is."""
+        """Lower bound of J over all open nodes; inf without open nodes."""
         counts, bounds = self._tree.counts, self._tree.bounds
         depth, entering = int(counts[kernels.DEPTH]), counts[kernels.STATE] == kernels.ENTER
         if entering and depth == 0:
@@ -108,18 +108,18 @@ class BoxSearch:
         return min(bounds[-1], bounds[:depth][untried].min(initial=np.inf))
 
     def run(self, best: np.ndarray, values: np.ndarray, gap: float, allowance: float, work: int) -> None:
-        """Go on for about so much work; what is found goes into `best` and `values`.
+        """Continue for about `work` sweeps; better signs go into `best` and `values`.
 
         Parameters
         ----------
         best : (1,)
-            J of the best values known, mm².
+            J of the best values so far, mm².
         values : (F,)
-            They themselves.
+            The best values so far.
         gap : float
-            What is worth less than this fraction of J is not looked for,
+            Relative improvement of J below which the search prunes.
         allowance : float
-            nor what is worth less than twice the rounding, mm².
+            Rounding error of J, mm²; improvements below twice this are pruned.
         work : int
             Sweeps over all frames.
         """
@@ -176,7 +176,7 @@ class SuffixTree(NamedTuple):
 
 
 class SuffixSearch:
-    """A search depth first in time.
+    """Depth-first search in time.
 
     Parameters
     ----------
@@ -210,7 +210,7 @@ class SuffixSearch:
 
     @property
     def finished(self) -> bool:
-        """See `BoxSearch`."""
+        """True if all signs but the solution have been ruled out."""
         return bool(self._tree.counts[kernels.FINISHED])
 
     @property
@@ -219,13 +219,13 @@ class SuffixSearch:
         return int(self._tree.counts[kernels.ENTERED])
 
     def lower_bound(self) -> float:
-        """See `BoxSearch`."""
+        """Lower bound of J over all open nodes."""
         if self.finished:
             return self._tree.ends[1]
         return min(self._tree.rest[self._tree.counts[kernels.START] + 1], self._tree.ends[1])
 
     def run(self, best: np.ndarray, values: np.ndarray, gap: float, allowance: float, work: int) -> None:
-        """Go on, as `BoxSearch.run` does; work is counted in nodes."""
+        """Continue as `BoxSearch.run` does, with `work` in nodes."""
         kernels.search_suffixes(self._programme, self._tree, best, values, gap, allowance, work)
 
 
@@ -233,7 +233,7 @@ Search: TypeAlias = BoxSearch | SuffixSearch
 
 
 def _shares(excess: np.ndarray, frames: int) -> np.ndarray:
-    """C (F, K), with ``C^T C`` at most G: each eigenvector of G in turn, as often as its turn comes."""
+    """Rows C (F, K) with ``C^T C`` at most G: the scaled eigenvectors of G in cyclic order."""
     components = len(excess)
     values, vectors = np.linalg.eigh(excess)
     # Rounding may have put the eigenvalues this much too high.

@@ -1,4 +1,4 @@
-"""Which of two candidates is right in each frame: the binary quadratic programme of park2011 section 3.2.
+"""Choice between two candidates in each frame: the binary quadratic programme of park2011 section 3.2.
 
 Symbols are those of `candidates`: candidates ``c_i = m_i + s_i u_i``, and ``J(s) = ||c||² - ||B^T c||²`` over
 signs s.  [park2011 10] has b in {0, 1} where this has ``s = 2 b - 1``, and [park2011 12] is J for orthonormal B.
@@ -21,7 +21,7 @@ from pipeline.shortened import shortened
 from pipeline.validation import require_range
 
 _WORK = 400_000
-"""Work of a search in one turn, in sweeps times frames times components: a millisecond or two."""
+"""Work of a search in one turn, in sweeps times frames times components: about two milliseconds."""
 
 OPERATIONS_PER_S = 300_000_000
 """Operations that count as one second of a time limit: about the work of one core of the year 2024."""
@@ -29,7 +29,7 @@ OPERATIONS_PER_S = 300_000_000
 
 @shortened
 class BinarySolution:
-    """Signs, how good they are, and how good any others could be.
+    """Signs with their cost and a lower bound of the cost of any signs.
 
     Attributes
     ----------
@@ -176,12 +176,12 @@ def _solution(
 
 
 def _signs(values: np.ndarray) -> np.ndarray:
-    """-1 or +1 (F,) nearest to each value."""
+    """Signs (F,) nearest to the values: -1 or +1."""
     return np.where(values < 0, -1, 1)
 
 
 def _margin(other: float, here: float, rounding: float) -> float:
-    """The greater cost over the lesser, 1 where both are rounding, inf where only the lesser is nothing."""
+    """Ratio of the greater cost to the lesser: 1 if both are rounding, inf if only the lesser is zero."""
     if other <= rounding:
         return 1.0
     return other / here if here > 0 else np.inf

@@ -1,4 +1,4 @@
-"""The fundamental frequency of a walk: the one whose harmonic regression leaves least (zhang2007 section 3.1).
+"""Fundamental frequency of a walk, by harmonic regression with the least residual (zhang2007 section 3.1).
 
 Variable projection: at any frequency the best postures follow by linear regression, so only the frequency is
 searched.  Why not an FFT: clips are not whole numbers of cycles.
@@ -105,7 +105,7 @@ def _of_ones(frequencies_hz: np.ndarray, step_s: float, frames: int) -> np.ndarr
 
 
 def fundamental_frequency(positions: np.ndarray, frame_rate_hz: float, *, harmonics: int = 2) -> float:
-    """Fundamental frequency in Hz: the one whose harmonic regression leaves the least residual.
+    """Fundamental frequency in Hz, whose harmonic regression has the least residual.
 
     Parameters
     ----------
@@ -170,7 +170,7 @@ def fundamental_frequency(positions: np.ndarray, frame_rate_hz: float, *, harmon
 
 
 def require_rate(frame_rate_hz: float, frequency_hz: float, harmonics: int) -> None:
-    """Require more than two frames to the period of the fastest harmonic.
+    """Require more than two frames per period of the fastest harmonic.
 
     Raises
     ------

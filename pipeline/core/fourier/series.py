@@ -134,7 +134,7 @@ def represent(
 
 
 def _products(motion: np.ndarray) -> np.ndarray:
-    """Sum over the clip of each joint's motion times itself, (J, S, S)."""
+    """Second moments (J, S, S) of each joint's motion, summed over the clip."""
     by_joint = motion.swapaxes(0, 1)
     return by_joint.swapaxes(1, 2) @ by_joint
 

@@ -49,7 +49,7 @@ class Chain:
 
     @cached_property
     def limbs(self) -> tuple[str, ...]:
-        """Names of the L = J - 1 limbs, which are those of their children, from the root to the leaves."""
+        """Names of the L = J - 1 limbs, which are the names of their child joints, from the root to the leaves."""
         order: list[str] = []
         level: set[str | None] = {None}
         while level:
@@ -61,7 +61,7 @@ class Chain:
 
     @cached_property
     def ends(self) -> np.ndarray:
-        """Places (L, 2) of each limb's parent and child among the joints."""
+        """Indices (L, 2) of each limb's parent and child joint."""
         pairs = [[self.joints.index(joint) for joint in (self.held_by(limb), limb)] for limb in self.limbs]
         return np.array(pairs, int).reshape(-1, 2)
 
@@ -93,7 +93,7 @@ def chain_of(skeleton: Skeleton) -> Chain:
 
 
 WALKER14 = chain_of(WALKER15)
-"""Fourteen limbs from the pelvis: to hips, knees, ankles; to sternum and head; to shoulders, elbows, wrists."""
+"""Chain of WALKER15: fourteen limbs from the pelvis to the ankles, the head and the wrists."""
 
 
 def relative_trajectories(chain: Chain, positions: np.ndarray) -> np.ndarray:
@@ -145,7 +145,7 @@ def forward(chain: Chain, root: np.ndarray, relative: np.ndarray) -> np.ndarray:
 
 
 def true_lengths(chain: Chain, positions: np.ndarray) -> np.ndarray:
-    """Lengths (L,) of the limbs, mm: means over the frames in which they are known [park2011 3].
+    """Lengths (L,) of the limbs, mm, averaged over the frames with both joints [park2011 3].
 
     Parameters
     ----------

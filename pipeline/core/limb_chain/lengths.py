@@ -20,11 +20,11 @@ from pipeline.core.limb_chain.chain import Chain
 from pipeline.validation import InvalidInput, require_choice, require_range
 
 FORGIVING = 0.95
-"""Share of the frames whose rays an unknown length must reach: noise pushes the outermost away."""
+"""Fraction of frames whose rays an unknown length must reach, below one since noise moves the farthest rays."""
 
 
 def _mean_share(sizes: dict[bool, tuple[float, float]]) -> float:
-    """A breadth as a part of the stature, mean of women and men."""
+    """Breadth over stature, mean of women and men."""
     return float(np.mean([sizes[male][0] / body.STATURE_MM[male][0] for male in (False, True)]))
 
 
@@ -42,7 +42,7 @@ LENGTH_RATIOS = {
     "knee": body.SEGMENTS["thigh"],
     "ankle": body.SEGMENTS["shank"],
 }
-"""Length of the limb that ends at a joint, as a part of the stature; the same left and right.
+"""Length over stature of the limb that ends at a joint, equal on both sides.
 
 Grades and sources are those of `pipeline.core.anthropometry`; breadths are means of women and men.
 """
@@ -143,7 +143,7 @@ def _seen_together(image: np.ndarray, parent: np.ndarray) -> bool:
 
 
 def _other_side(name: str) -> str:
-    """The name of the same limb on the other side; nothing for one in the middle."""
+    """Name of the same limb on the other side; None for a limb in the middle."""
     for side, other in (("left_", "right_"), ("right_", "left_")):
         if name.startswith(side):
             return other + name.removeprefix(side)

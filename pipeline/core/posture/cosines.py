@@ -26,12 +26,12 @@ FRAMES = ("parent", "hip")
 HEADINGS = ("first", "every", "none")
 
 FLOOR_PERCENTILE = 5.0
-"""Percentile of the lower ankle's height over a clip that is taken for the floor: robust to a few frames."""
+"""Percentile of the lower ankle's height over a clip that defines the floor, robust to a few frames."""
 
 _STARTS, _ENDS = np.transpose(POSTURE12.ends)
 _STERNUM = WALKER15.index("sternum")
 _OVER = {**dict(zip(LEGS, THIGHS, strict=True)), **dict(zip(FOREARMS, ARMS, strict=True))}
-"""The thigh of each leg, the arm of each forearm."""
+"""Parent limb of each lower limb: thigh of each leg, arm of each forearm."""
 
 _LIMB_ENDS = np.array(POSTURE12.ends)
 _LIMB_OVER = np.array([_OVER.get(limb, -1) for limb in range(len(POSTURE12.limbs))])
@@ -52,7 +52,7 @@ _UNDEFINED = {
 
 @dataclass(frozen=True)
 class LimbLengths:
-    """Sizes of a body, which a posture leaves out.
+    """Sizes of a body, which a posture does not contain.
 
     Attributes
     ----------
@@ -141,7 +141,7 @@ def postures(
 
 
 def floor_level(positions: np.ndarray) -> float:
-    """Level of the standing ankle, mm: what the height of the pelvis is measured from.
+    """Level of the standing ankle, mm, from which the height of the pelvis is measured.
 
     Parameters
     ----------
@@ -181,7 +181,7 @@ def limb_lengths(positions: np.ndarray) -> LimbLengths:
 
 
 def joints(postures: np.ndarray, limb_lengths: LimbLengths, *, frame: str = "parent") -> np.ndarray:
-    """Joint positions (…, 15, 3) in mm of postures: the way back [mozerov2006 1].
+    """Joint positions (…, 15, 3), mm, of postures: the inverse of `postures` [mozerov2006 1].
 
     Parameters
     ----------
@@ -224,7 +224,7 @@ def joints(postures: np.ndarray, limb_lengths: LimbLengths, *, frame: str = "par
 def joints_where_defined(
     postures: np.ndarray, limb_lengths: LimbLengths, *, frame: str = "parent"
 ) -> np.ndarray:
-    """Joint positions (…, 15, 3) in mm as `joints`, but NaN for a posture that would be refused there.
+    """Joint positions (…, 15, 3), mm, as by `joints`, but NaN for postures that `joints` rejects.
 
     Parameters
     ----------
@@ -248,7 +248,7 @@ def nearest_of_each(joints: np.ndarray, performances: np.ndarray) -> np.ndarray:
 
 
 def _placed(postures: np.ndarray, limb_lengths: LimbLengths, frame: str) -> tuple[np.ndarray, np.ndarray]:
-    """Joints (…, 15, 3), and for each posture (S, 2) what it is and the limb that is wrong."""
+    """Joints (…, 15, 3), and for each posture (S, 2) the outcome and the invalid limb."""
     require_choice("frame", frame, FRAMES)
     array = np.asarray(postures, float)
     if array.ndim < 1 or array.shape[-1] != PARAMETERS:

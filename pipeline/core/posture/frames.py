@@ -1,4 +1,4 @@
-"""Frames in which the directions of limbs are given [mozerov2006 1].
+"""Local frames for the directions of limbs [mozerov2006 1].
 
 A direction has no twist, so a frame needs a second one.  With h, t, s the unit directions of hip (left to right),
 torso (pelvis to sternum) and shoulder (left to right); axes are x to the right, y ahead, z up::
@@ -32,7 +32,7 @@ from pipeline.validation import InvalidInput
 
 HIP, TORSO, SHOULDER, NECK = range(4)
 THIGHS, LEGS, ARMS, FOREARMS = (4, 5), (6, 7), (8, 9), (10, 11)
-"""Places in POSTURE12, left before right."""
+"""Indices in POSTURE12, left before right."""
 
 REST = {
     limb: np.array(direction) / np.linalg.norm(direction)
@@ -45,7 +45,7 @@ REST = {
 """Rest directions: thighs forward and outward, arms downward too, in the frame of hip or shoulder."""
 
 LEAST_SINE = 1e-3
-"""Sine of the angle between two directions below which they make no frame."""
+"""Sine of the angle between two directions below which they do not define a frame."""
 
 HIP_UPRIGHT = "hip_upright", "the hip axis is vertical"
 TORSO_ALONG_HIP = "torso_along_hip", "the torso lies along the hip axis"
@@ -125,7 +125,7 @@ def _turned(from_: np.ndarray, to: np.ndarray, vectors: np.ndarray, limb: str) -
 
 
 def undefined(frame: int, fault: tuple[str, str], **values: Any) -> InvalidInput:
-    """Return the rejection of directions that make no frame, from its code and its words."""
+    """Return the exception for directions that do not define a frame."""
     code, what = fault
     sentence = f"{what.format(**values)}, so its frame is not defined"
     return InvalidInput(sentence, f"frame {frame}", code=code, **values)

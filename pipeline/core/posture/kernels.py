@@ -1,4 +1,4 @@
-"""Joints of many postures, one after another in a compiled loop: the way back of [mozerov2006 1].
+"""Compiled loops from postures to joints: the inverse of [mozerov2006 1].
 
 A particle filter asks for the joints of millions of postures; as some two hundred operations on arrays of three
 columns, nine tenths of the time went into looping over threes.  Vectors are tuples (x, y, z), frames are tuples of
@@ -18,7 +18,7 @@ DEFINED, NOT_FINITE, NO_COSINES, NO_STANCE, NO_HIP, NO_SHOULDER, AGAINST_REST = 
 
 HIP, TORSO, SHOULDER, NECK = range(4)
 FIRST_ARM = 8
-"""Places in POSTURE12."""
+"""Indices in POSTURE12."""
 
 UP = (0.0, 0.0, 1.0)
 
@@ -95,7 +95,7 @@ def _frames(cosines, in_parent, least_sine):
 
 @compiled_exactly
 def _normalise(cosines):
-    """Scale the cosines of limbs (12, 3) to unit length; return what is wrong and the limb."""
+    """Scale the cosines of limbs (12, 3) to unit length; return the outcome and the invalid limb."""
     for limb in range(len(cosines)):
         length = np.sqrt(_dot(cosines[limb], cosines[limb]))
         if not np.isfinite(length):

@@ -1,4 +1,4 @@
-"""A whole walk from one view, by MAP: the image is kept, and what it does not show comes from the eigenwalkers."""
+"""A whole walk from one view, by MAP: the eigenwalkers complete the coordinates that the image lacks."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from pipeline.core.reconstruction.known_view import from_known_views
 def complete_walk(
     model: LinearModel, sample: np.ndarray, view_angle_rad: float, seen: np.ndarray, *, noise_variance: float
 ) -> np.ndarray:
-    """Return a walk (5, 15, 3), mm, of which one view shows some joints, by MAP [zhang2007 3.15].
+    """Return a walk (5, 15, 3), mm, from one view of some joints, by MAP [zhang2007 3.15].
 
-    The image of the joints that are seen is kept; of the others the eigenwalkers give all three coordinates.
+    Visible joints keep their image.  The eigenwalkers give the third coordinate, and all three of the other joints.
 
     Parameters
     ----------
     model : LinearModel
-        Of 225 numbers, learnt without this walk.
+        Model of 225 numbers, learnt without this walk.
     sample : (225,)
-        The walk, mm; its image alone is used.
+        The walk, mm; only its image is used.
     view_angle_rad : float
     seen : (15,) bool
     noise_variance : float
@@ -32,13 +32,13 @@ def complete_walk(
     InvalidInput
         As `from_known_views`.
     """
-    found = from_known_views(
+    estimate = from_known_views(
         of_measured(model, seen),
         without_joints(sample, seen),
         np.array([view_angle_rad]),
         noise_variance=noise_variance,
     )
     image = camera.project(unflatten(sample), view_angle_rad)
-    completed = camera.combine(image, found.missing[0], view_angle_rad)
-    expected = unflatten(model.mean + found.coefficients[0] @ model.components)
+    completed = camera.combine(image, estimate.missing[0], view_angle_rad)
+    expected = unflatten(model.mean + estimate.coefficients[0] @ model.components)
     return np.where(seen[:, None], completed, expected)

@@ -27,11 +27,10 @@ from pipeline.core.linear_model import LinearModel, WhitenedModel, whiten
 from pipeline.validation import require_range
 
 _UNSEEN = 1e-13
-"""Eigenvalue of A, relative to the largest, at which a view does not show its direction: the products that make A
-cancel there to some hundred roundings at worst."""
+"""Relative eigenvalue of A below which a view does not determine its direction, some hundred rounding errors."""
 
 _SAFE = 1e-10
-"""Smallest over largest pivot above which least squares is solved without a look at the eigenvalues."""
+"""Ratio of smallest to largest pivot above which least squares needs no eigenvalues."""
 
 
 class Gram:

@@ -18,7 +18,7 @@ from pipeline.core.reconstruction.known_view import deviation, right_hand_side
 from pipeline.skeleton import WALKER15
 
 _TERMS = 37.0
-"""Natural logarithm of what the Chebyshev series of a path leaves out: e^-37 is rounding."""
+"""Negative logarithm of the truncation error of a path's Chebyshev series: e^-37 is rounding."""
 
 
 class NoisePath:
@@ -117,7 +117,7 @@ def _tridiagonal(A: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 @functools.lru_cache(maxsize=4)
 def _interpolation(wanted_variances: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Values of sigma² (K,) that determine a path, and what each weighs at the S wanted ones, (K, S).
+    """Nodes sigma² (K,) that determine a path, and their weights (K, S) at the S values of sigma².
 
     As a function of t = log sigma² a path is analytic but for poles at log s ± i pi, s an eigenvalue of A, all
     at least pi away from the real axis.  Its Chebyshev series over t in a ± L therefore falls by a factor

@@ -26,13 +26,13 @@ from pipeline.core.refinement import kernels
 from pipeline.core.refinement.reprojection import Observations, angles, cost, lengths_mm
 
 _FREE_STEP = 1e-7
-"""Damping below which a step is taken for an undamped one: only such a step says how far the minimum is."""
+"""Damping below which a step counts as undamped, and its size as the distance to the minimum."""
 
 _RIDGE = 1e-10
-"""Least damping: what the images hardly determine stays where it is, instead of where rounding would put it."""
+"""Smallest damping, which keeps unknowns in place that the images hardly determine."""
 
 _APPROXIMATE = 15
-"""Steps with the curvature of Gauss and Newton, before the exact one is used."""
+"""Number of steps with the Gauss-Newton curvature before the exact curvature is used."""
 
 _ROUNDING_PX = 64 * np.finfo(float).eps
 """Root mean square residual, in units of the largest image coordinate, below which it is rounding."""
@@ -60,25 +60,25 @@ class LimbEquations:
     lines: np.ndarray
 
     def curvature_along(self, step: np.ndarray) -> float:
-        """The square step^T H step of a step (L, N)."""
+        """Quadratic form step^T H step of a step (L, N)."""
         return kernels.curvature_along(self.rows, self.lines, step)
 
 
 def normal_equations(given: Observations, unknowns: np.ndarray, *, exact: bool = False) -> LimbEquations:
-    """g and the blocks of H at unknowns (L, N); `exact` with the second derivatives that Gauss and Newton leave out."""
+    """Gradient g and blocks of H at unknowns (L, N); `exact` includes the second derivatives beyond Gauss-Newton."""
     limbs, size = unknowns.shape
     frames, components = given.basis.shape
     lines, products = given.lines, given.products
     numbers = 2 + (size > 2 * components)
     theta, phi = angles(given, unknowns)
-    along, own = np.empty((2, limbs, numbers, frames))
+    along, diagonal = np.empty((2, limbs, numbers, frames))
     couplings = np.zeros((limbs, lines.shape[1], numbers, numbers, frames))
     tree = (given.carriers, lengths_mm(given, unknowns), given.charts)
-    sums = along, own, couplings
+    sums = along, diagonal, couplings
     kernels.frame_by_frame(given.seen_by, tree, lines, theta, phi, numbers > 2, exact, sums)
     gradient, scale = given.penalty * unknowns, given.penalty.copy()
     rows = np.zeros((limbs, size, lines.shape[1], size))
-    kernels.fill_gradient(along @ given.sums[0], own @ given.sums[1], gradient, scale)
+    kernels.fill_gradient(along @ given.sums[0], diagonal @ given.sums[1], gradient, scale)
     columns = given.sums[2] if numbers > 2 else products.columns
     kernels.fill_rows(
         couplings @ columns, products.first, products.second, products.scale, lines, given.penalty, rows
@@ -111,7 +111,7 @@ def damped_step(equations: LimbEquations, damping: np.ndarray) -> np.ndarray:
 def minimise(
     given: Observations, unknowns: np.ndarray, bound: np.ndarray, *, max_iterations: int, tolerance: float
 ) -> tuple[np.ndarray, float, bool, int]:
-    """Unknowns (L, N) of least cost that a start leads to, that cost in px², whether it converged, and steps tried.
+    """Minimise the cost from a start: unknowns (L, N), cost in px², convergence, number of steps.
 
     Parameters
     ----------
@@ -173,4 +173,4 @@ def minimise(
 def _rounding(given: Observations) -> float:
     """Cost at which residuals are rounding, px²."""
     largest = max(np.abs(given.images).max(), np.abs(given.projection[:, :2]).max())
-    return 0.5 * given.seen.sum() * (_ROUNDING_PX * float(largest)) ** 2
+    return 0.5 * given.visible.sum() * (_ROUNDING_PX * float(largest)) ** 2

@@ -17,7 +17,7 @@ from pipeline.core.trajectory_basis import cosine_basis, soft_ridge
 from pipeline.validation import InvalidInput, require_finite, require_range, require_shape
 
 _START_PENALTY = 1e-4
-"""Penalty of the highest coefficient at the start, against frames of weight one: keeps gaps from swinging."""
+"""Penalty of the highest coefficient at the start, against frames of weight one, to avoid oscillation in gaps."""
 
 
 def frames_and_limbs(
@@ -44,12 +44,12 @@ def frames_and_limbs(
     limbs = int(require_range("joints", joints, at_least=2)) - 1
     require_range("frames", frames, at_least=1)
     paths = len(directions) > 0 and isinstance(directions[0], SphericalTrajectory)
-    for name, array, wanted in (
+    for name, array, shape in (
         ("root", root, (frames, 3)),
         ("directions", directions, (limbs,) if paths else (frames, limbs, 3)),
         ("lengths", lengths, (limbs,)),
     ):
-        require_shape(name, array, wanted)
+        require_shape(name, array, shape)
     return frames, limbs
 
 

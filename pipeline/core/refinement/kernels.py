@@ -3,7 +3,7 @@
 All in one file, as those of `binary_quadratic`: what numba keeps on disk goes by the file of the kernel.  Symbols are
 those of `equations` and `reprojection`; others:
 
-``seen_by``  what a camera saw: images (L, F, 2), seen (L, F), projection (F, 3, 3), centre (F, 3), root (F, 3)
+``seen_by``  what a camera saw: images (L, F, 2), visible (L, F), projection (F, 3, 3), centre (F, 3), root (F, 3)
 ``tree``     parents (L,), lengths (L,) mm, charts (L, 3, 3)
 ``lines``    (L, M): each limb itself and the limbs that carry it, the nearest first, then -1
 """
@@ -21,7 +21,7 @@ STRIDE = 7
 @compiled_with_free_sums
 def squared_distances(seen_by, tree, theta, phi):  # type: ignore[no-untyped-def]
     """Sum of squared distances of reprojection and image, px²; infinite with a joint behind its camera."""
-    images, seen, projection, centre, root = seen_by
+    images, visible, projection, centre, root = seen_by
     parents, lengths, charts = tree
     limbs, frames = theta.shape
     positions = np.empty((limbs, frames, 3))
@@ -38,7 +38,7 @@ def squared_distances(seen_by, tree, theta, phi):  # type: ignore[no-untyped-def
                 positions[limb, f, d] = (
                     begin + x * charts[limb, 0, d] + y * charts[limb, 1, d] + z * charts[limb, 2, d]
                 )
-            if seen[limb, f]:
+            if visible[limb, f]:
                 right = down = depth = 0.0
                 for d in range(3):
                     off = positions[limb, f, d] - centre[f, d]
@@ -58,9 +58,9 @@ def frame_by_frame(seen_by, tree, lines, theta, phi, free, exact, sums):  # type
     Added to the three arrays of `sums`: the gradient (L, C, F), the diagonal of the curvature after Gauss and Newton
     (L, C, F), and the curvature between a limb and those of its line, exact or after Gauss and Newton (L, M, C, C, F).
     """
-    images, seen, projection, centre, root = seen_by
+    images, visible, projection, centre, root = seen_by
     parents, lengths, charts = tree
-    along, own, couplings = sums
+    along, diagonal, couplings = sums
     limbs, frames = theta.shape
     numbers = 3 if free else 2
     positions = np.empty((limbs, frames, 3))
@@ -100,7 +100,7 @@ def frame_by_frame(seen_by, tree, lines, theta, phi, free, exact, sums):  # type
                 if exact:
                     for n in range(3):
                         turning[limb, f, n, d] = world[3 + n]
-            if not seen[limb, f]:
+            if not visible[limb, f]:
                 continue
             right = down = depth = 0.0
             for d in range(3):
@@ -150,7 +150,7 @@ def frame_by_frame(seen_by, tree, lines, theta, phi, free, exact, sums):  # type
                     scale += movement[limb, f, a, d] * inner
                     carried[a, d] = outer if exact else inner
                 along[limb, a, f] = gradient
-                own[limb, a, f] = scale
+                diagonal[limb, a, f] = scale
             for m in range(lines.shape[1]):
                 other = lines[limb, m]
                 if other < 0:
@@ -217,7 +217,7 @@ def fill_rows(sums, first, second, scale, lines, penalty, rows):  # type: ignore
 
 @compiled_with_free_sums
 def curvature_along(rows, lines, step):  # type: ignore[no-untyped-def]
-    """The square step^T H step of a step (L, N)."""
+    """Quadratic form step^T H step of a step (L, N)."""
     total = 0.0
     for limb in range(len(rows)):
         for m in range(lines.shape[1]):
@@ -306,7 +306,7 @@ def solve_along_tree(rows, lines, gradient, damping, step):  # type: ignore[no-u
 
 @compiled_with_free_sums
 def clip(corners, left, across, room, cut):  # type: ignore[no-untyped-def]
-    """The part of a convex polygon (n, 2) where ``across . x <= room``, into `cut`: how many corners it has."""
+    """Write the part of a convex polygon (n, 2) with ``across . x <= room`` into `cut`; return its corner count."""
     corner_count = 0
     for k in range(left):
         after = k + 1 if k + 1 < left else 0

@@ -33,7 +33,7 @@ class Observations:
     ----------
     images : (L, F, 2)
         Image of each limb's far end, px; zero where it was not seen.
-    seen : (L, F) bool
+    visible : (L, F) bool
         False also where camera or root are not known.
     projection : (F, 3, 3)
         K R.
@@ -56,7 +56,7 @@ class Observations:
     """
 
     images: np.ndarray
-    seen: np.ndarray
+    visible: np.ndarray
     projection: np.ndarray
     centre: np.ndarray
     root: np.ndarray
@@ -70,7 +70,7 @@ class Observations:
     @cached_property
     def seen_by(self) -> tuple[np.ndarray, ...]:
         """Arrays for the kernels."""
-        return self.images, self.seen, self.projection, self.centre, self.root
+        return self.images, self.visible, self.projection, self.centre, self.root
 
     @cached_property
     def carriers(self) -> np.ndarray:
@@ -79,7 +79,7 @@ class Observations:
 
     @cached_property
     def sums(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """By what gradient, diagonal and blocks of the curvature are summed over frames: the last of each is one.
+        """Weights of the sums over frames for gradient, diagonal and blocks of the curvature; the last of each is one.
 
         The basis (F, K + 1), its squares, and products of its columns, then the basis (F, n + K + 1).
         """
@@ -111,7 +111,7 @@ def observe(
     basis: np.ndarray,
     penalty: np.ndarray,
 ) -> Observations:
-    """Observations from images in the order of the house, with what is not known marked as not seen.
+    """Observations from images; joints with unknown image, camera or root count as not seen.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ def observe(
     visible = np.isfinite(images).all(axis=2) & at & rooted
     return Observations(
         images=np.ascontiguousarray(np.where(visible[..., None], images, 0.0).swapaxes(0, 1)),
-        seen=np.ascontiguousarray(visible.T),
+        visible=np.ascontiguousarray(visible.T),
         projection=np.where(at[..., None], camera.intrinsics @ camera.rotation, np.eye(3)),
         centre=np.where(at, camera.centre, 0.0),
         root=np.where(rooted, root, 0.0),
@@ -185,7 +185,7 @@ def forward(given: Observations, limbs: np.ndarray) -> np.ndarray:
 def behind(given: Observations, positions: np.ndarray) -> np.ndarray:
     """Frames (L, F) bool in which an observed joint is not in front of its camera."""
     depth = (given.projection[:, 2] * (positions - given.centre)).sum(axis=-1)
-    return given.seen & ~(depth > 0)
+    return given.visible & ~(depth > 0)
 
 
 def residuals(given: Observations, positions: np.ndarray) -> np.ndarray:
@@ -194,13 +194,13 @@ def residuals(given: Observations, positions: np.ndarray) -> np.ndarray:
     As printed, a point behind the camera projects like one before it: `behind` tells, and is to be asked first.
     """
     image, _ = _reprojection(given, positions)
-    return np.where(given.seen[..., None], image - given.images, 0.0)
+    return np.where(given.visible[..., None], image - given.images, 0.0)
 
 
 def _reprojection(given: Observations, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """x_hat (L, F, 2) and the depth (L, F, 1) by which it was divided, 1 where a joint was not seen."""
     homogeneous = (given.projection @ (positions - given.centre)[..., None])[..., 0]
-    depth = np.where(given.seen, homogeneous[..., 2], 1.0)[..., None]
+    depth = np.where(given.visible, homogeneous[..., 2], 1.0)[..., None]
     return homogeneous[..., :2] / depth, depth
 
 
@@ -229,6 +229,6 @@ def linearise(given: Observations, unknowns: np.ndarray) -> tuple[np.ndarray, np
     """
     image, depth = _reprojection(given, forward(given, relative(given, unknowns)))
     by_position = given.projection[:, :2] - image[..., None] * given.projection[:, 2:]
-    by_position = np.where(given.seen[..., None, None], by_position / depth[..., None], 0.0)
+    by_position = np.where(given.visible[..., None, None], by_position / depth[..., None], 0.0)
     lengths = lengths_mm(given, unknowns)[:, None, None, None]
     return by_position, lengths * tangents(*angles(given, unknowns), given.charts[:, None])

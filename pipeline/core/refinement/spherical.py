@@ -23,7 +23,7 @@ from pipeline.core.refinement import kernels
 from pipeline.validation import InvalidInput, require_finite, require_range, require_shape
 
 _FLAT = 1e-9
-"""Directions that leave a plane by less are taken as lying in it."""
+"""Distance from a plane below which a direction counts as lying in it."""
 
 _DETERMINED = 1e-10
 """Smallest pivot, in units of the largest, with which triangular factors determine all coefficients."""

@@ -9,7 +9,7 @@ Symbols
 
 The problem is nonlinear least squares in 2 K unknowns for each limb, all limbs at once, because the image of a wrist
 speaks for the upper arm too.  It is solved by Levenberg and Marquardt's method, with the structure of the tree used in
-`refinement.equations`.  A step after which a joint stands behind its camera is refused like one after which
+`refinement.equations`.  A step after which a joint stands behind its camera is rejected, like one after which
 the cost is higher.
 """
 
@@ -41,7 +41,7 @@ LENGTH_FACTOR = 2.0
 
 @dataclass(frozen=True, kw_only=True)
 class RefinementOptions:
-    """How trajectories are refined.
+    """Options of the refinement.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class RefinementOptions:
 
 @dataclass(frozen=True)
 class Refinement:
-    """Refined trajectories of all joints, and how far they are to be trusted.
+    """Refined trajectories of all joints, with measures of their reliability.
 
     Attributes
     ----------
@@ -217,7 +217,7 @@ def _refinement(
     converged: bool,
     iterations: int,
 ) -> Refinement:
-    """Return what the unknowns (L, 2 K or 2 K + 1) mean."""
+    """Return the motion that the unknowns (L, 2 K or 2 K + 1) describe."""
     moved = reprojection.relative(given, unknowns)
     ends = reprojection.forward(given, moved)
     distance = np.linalg.norm(reprojection.residuals(given, ends), axis=-1)
@@ -230,7 +230,7 @@ def _refinement(
         coefficients_phi=unknowns[:, most : 2 * most].copy(),
         lengths=reprojection.lengths_mm(given, unknowns).copy(),
         chart=given.charts,
-        reprojection_error_px=np.sqrt(np.nanmean(np.where(given.seen, distance, np.nan) ** 2)),
+        reprojection_error_px=np.sqrt(np.nanmean(np.where(given.visible, distance, np.nan) ** 2)),
         cost=lowest,
         converged=converged,
         n_iterations=iterations,
@@ -238,10 +238,10 @@ def _refinement(
 
 
 def _softened(given: Observations, unknowns: np.ndarray, cutoff: float) -> Observations:
-    """The same with the penalty of a soft basis, in each limb's mean square of pixels to the radian."""
+    """The observations with the penalty of a soft basis, scaled by each limb's mean square pixels per radian."""
     by_position, movement = reprojection.linearise(given, unknowns)
     by_angle = by_position @ movement.swapaxes(2, 3)
-    count = given.seen.sum(axis=1)
+    count = given.visible.sum(axis=1)
     squares = 0.5 * (by_angle**2).sum(axis=(1, 2, 3)) / np.maximum(count, 1)
     # A limb whose end is never seen has no pixels of its own.
     squares = np.where(count > 0, squares, squares[count > 0].mean())
@@ -252,7 +252,7 @@ def _softened(given: Observations, unknowns: np.ndarray, cutoff: float) -> Obser
 
 
 def _check_start(given: Observations, unknowns: np.ndarray, called: Sequence[str]) -> None:
-    if not given.seen.any():
+    if not given.visible.any():
         raise InvalidInput(
             "nothing was seen",
             expected="another joint than the root where camera and root are known",

@@ -32,13 +32,13 @@ from pipeline.core.synchronization.trellis import (
 from pipeline.validation import InvalidInput, require_range, require_shape
 
 _TILE_BYTES = 2**20
-"""Size of the arrays that a tile of pairs needs for one sample: what the cache of a processor core holds."""
+"""Size of the arrays of a tile of pairs for one sample, which fit into the cache of a processor core."""
 
 _KEPT_BYTES = 2**27
 """Size of the costs that a tile keeps for backtracking."""
 
 _LARGEST = 1e140
-"""Magnitude from which sums of squares may be no numbers any more."""
+"""Magnitude from which sums of squares may overflow."""
 
 
 @dataclass(frozen=True)

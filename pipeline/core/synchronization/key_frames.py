@@ -27,9 +27,11 @@ from pipeline.core.synchronization.curvature import checked, curvature
 from pipeline.validation import InvalidInput, require_count, require_shape
 
 SEPARATION, CONSISTENCY = 0.06, 1.0
-"""Least time between key-frames and to the ends, as a part of the duration; weight of agreement, whose unit is the
-largest curvature of a performance for a distance of one root mean square deviation.  The variance left changes by
-about a tenth between weights of 0.3 and 3, on synthetic bends and on the squats and bends of HDM05."""
+"""Smallest separation of key-frames and ends, over the duration; weight of the agreement of postures.
+
+The unit of the weight is the largest curvature for a distance of one root mean square deviation.  The variance left
+changes by about a tenth between weights of 0.3 and 3, on synthetic bends and on the squats and bends of HDM05.
+"""
 
 _ROUNDS, _GRID = 500, 201
 

@@ -31,7 +31,7 @@ from pipeline.shortened import shortened
 from pipeline.validation import InvalidInput, require_count
 
 _CHUNK = 2**16
-"""Differences that are held at a time while a disparity space image is worked out."""
+"""Number of differences in memory at a time while a disparity space image is computed."""
 
 
 @shortened

@@ -35,7 +35,7 @@ _TIE = 1e-12
 
 @dataclass(frozen=True)
 class Trellis:
-    """Which disparities a path may have at each sample, and what its steps cost.
+    """Disparities that a path may have at each sample, and the costs of its steps.
 
     Attributes
     ----------
@@ -109,7 +109,7 @@ def allowed_disparities(
     start: str = "fixed",
     steps: Sequence[int] = STEPS,
 ) -> Trellis:
-    """The disparities that a path may have at each sample, and what its steps cost [mozerov2006 13].
+    """Disparities that a path may have at each sample, and the costs of its steps [mozerov2006 13].
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ def allowed_disparities(
         D, in samples; zero allows no disparity at all.  A band wider than the sequence is as good as none:
         every disparity that leads outside of it is left out anyway.
     smoothness : float
-        mu.  Negative is refused; zero is dynamic time warping without a penalty.
+        mu.  Must not be negative; zero is dynamic time warping without a penalty.
     penalty : {"change", "as_printed"}
         mu |k|, or mu |d + k|, of a step.
     start : {"fixed", "free"}

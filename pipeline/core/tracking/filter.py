@@ -1,4 +1,4 @@
-"""Particle filter with the action model as prior: what mozerov2006 learns the model for (its sections 1 and 4).
+"""Particle filter with the action model as prior, the application in mozerov2006 (sections 1 and 4).
 
 "This knowledge is subsequently used in a particle filter tracking framework to prune those predictions which are
 not likely to be found in that action": the paper leaves the framework to the reader; this is ours.  Predictions are
@@ -22,7 +22,7 @@ from pipeline.core.tracking.prediction import Dynamics, Walk
 from pipeline.validation import InvalidInput
 
 _UNDERFLOW = np.log(np.nextafter(0.0, 1.0))
-"""Logarithm of the smallest positive double: what is less likely has a weight of zero."""
+"""Logarithm of the smallest positive double; smaller likelihoods have a weight of zero."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Track:
     log_evidence : (T,)
         Logarithm of the density of each image given those before; 0 with nothing seen, minus infinity where no
         particle has an image.  The sums of two action models say which action it was.
-    seen : (T,) int
+    visible : (T,) int
         Joints that took part; with none the frame coasts on the prediction.
     lost : (T,) bool
         The likelihood of every particle, next to that of a perfect fit, is zero to double precision (some seven
@@ -57,7 +57,7 @@ class Track:
     effective_sample_size: np.ndarray
     pruned_fraction: np.ndarray
     log_evidence: np.ndarray
-    seen: np.ndarray
+    visible: np.ndarray
     lost: np.ndarray
 
 
@@ -112,7 +112,7 @@ def track(
         innovations, pruned[frame] = walk.draw(state, n_particles, generator)
         state = walk.apply(state, innovations)
         x = walk.posture(state)
-        if likelihood.seen[frame].any():
+        if likelihood.visible[frame].any():
             value = likelihood.log_density(to_joints(x), frame)
             best = value.max()
             # Without an image all particles weigh the same, so the prediction is kept.
@@ -128,4 +128,4 @@ def track(
         if size[frame] < n_particles / 2:
             state = state[particles.resample_systematically(log_weights, generator.random())]
             log_weights = equal
-    return Track(posture, deviation, phase, size, pruned, evidence, likelihood.seen.sum(axis=1), lost)
+    return Track(posture, deviation, phase, size, pruned, evidence, likelihood.visible.sum(axis=1), lost)

@@ -1,4 +1,4 @@
-"""Loops over the particles of one frame: their step, their postures, the density of an image; the inside of a track.
+"""Compiled loops over the particles of one frame: steps, postures and densities of the image.
 
 Symbols as in `prediction` and `likelihood`.  Each loop is what the lines of arrays in its caller's words would be; it
 is compiled: a frame has few particles and many small operations, whose overhead exceeds their work.

@@ -52,25 +52,25 @@ class Likelihood:
     view_angle_rad: float
     noise: float | np.ndarray
     place_known: bool = True
-    seen: np.ndarray = field(init=False, repr=False)
-    """(T, J) bool: which joints take part."""
+    visible: np.ndarray = field(init=False, repr=False)
+    """True for joints (T, J) in the likelihood."""
 
     def __post_init__(self) -> None:
         require_range("noise", np.min(self.noise), above=0)
         object.__setattr__(self, "noise", np.broadcast_to(self.noise, self.image.shape[1:2]))
-        object.__setattr__(self, "seen", np.isfinite(self.image).all(axis=-1))
+        object.__setattr__(self, "visible", np.isfinite(self.image).all(axis=-1))
 
     @property
     def frames(self) -> int:
-        """T."""
+        """Number of frames T."""
         return len(self.image)
 
     @cached_property
     def log_peak(self) -> np.ndarray:
         """Logarithm of the density of images that fit exactly (T,); 0 with no joint seen."""
-        logarithm = np.where(self.seen, np.log(self.noise), 0.0)
-        weights = np.where(self.seen, self.noise**-2.0, 0.0).sum(axis=1)
-        count = self.seen.sum(axis=1)
+        logarithm = np.where(self.visible, np.log(self.noise), 0.0)
+        weights = np.where(self.visible, self.noise**-2.0, 0.0).sum(axis=1)
+        count = self.visible.sum(axis=1)
         # Integrating a shift out gives back the width of the mean of the residuals.
         width = np.log(2.0 * np.pi) - np.log(np.where(count, weights, 1.0))
         peak = -count * np.log(2.0 * np.pi) - 2.0 * logarithm.sum(axis=1)
@@ -81,7 +81,7 @@ class Likelihood:
 
         Minus infinity where a joint that was seen has no place.
         """
-        visible = self.seen[frame].nonzero()[0]
+        visible = self.visible[frame].nonzero()[0]
         misfit = np.zeros(len(joints))
         if len(visible):
             kernels.image_misfit(

@@ -10,7 +10,7 @@ import numpy as np
 
 
 def normalise(log_weights: np.ndarray) -> tuple[np.ndarray, float]:
-    """Log-weights (S,), one finite, whose weights sum to one, and the logarithm of the sum that they had.
+    """Normalised log-weights (S,), and the logarithm of the former sum of the weights.
 
     Examples
     --------
@@ -24,7 +24,7 @@ def normalise(log_weights: np.ndarray) -> tuple[np.ndarray, float]:
 
 
 def effective_sample_size(log_weights: np.ndarray) -> float:
-    """One over the sum of squared weights, of normalised log-weights (S,): S if equal, 1 if one has all.
+    """Inverse of the sum of squared weights, from normalised log-weights (S,): between 1 and S (equal weights).
 
     Examples
     --------
@@ -35,7 +35,7 @@ def effective_sample_size(log_weights: np.ndarray) -> float:
 
 
 def resample_systematically(log_weights: np.ndarray, offset: float) -> np.ndarray:
-    """Indices (S,) of the particles that survive, ascending: particle i stands there S w_i times, rounded.
+    """Indices (S,) of the resampled particles, ascending: particle i occurs S w_i times, rounded up or down.
 
     Parameters
     ----------

@@ -131,7 +131,7 @@ class Walk:
 
 
 def learnt_diffusion(performances: np.ndarray, mean: np.ndarray, standard_deviation: np.ndarray) -> float:
-    """q of the performances that the action model was learnt from: how fast deviations change, per sample.
+    """Diffusion rate q of deviations, per sample, from the performances of the action model.
 
     Parameters
     ----------

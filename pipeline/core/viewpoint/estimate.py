@@ -29,7 +29,7 @@ from pipeline.validation import InvalidInput, require_choice, require_finite, re
 FULL_CIRCLE = (-np.pi, np.pi)
 
 _GRID_STEP_RAD = {"global": np.pi / 90, "published": np.pi / 180}
-"""2 degrees where the best cell is refined, and the 1 degree of appendix B where it is not."""
+"""Step of the search grid: 2 degrees if the best cell is refined, else 1 degree as in appendix B."""
 
 
 def estimate(

@@ -1,4 +1,4 @@
-"""View angle and coefficients as appendix B of zhang2007 finds them, from one start or on whole degrees."""
+"""View angle and coefficients by the methods of zhang2007 appendix B, from one start or on whole degrees."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def from_one_start(
     size = white.bx.shape[1]
 
     def differences(v: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """[zhang2007 B.1]: the horizontal rows [zhang2007 B.2], then the vertical ones [zhang2007 B.3]."""
+        """Differences [zhang2007 B.1]: horizontal rows [zhang2007 B.2], then vertical ones [zhang2007 B.3]."""
         c, s, z = np.cos(v[0]), np.sin(v[0]), v[1:]
         return np.concatenate(
             [

@@ -1,4 +1,4 @@
-"""The search over the view angle: one function of one angle, over the whole circle at once.
+"""Search for the view angle, a function of one variable, over the whole circle.
 
 Symbols
 -------
@@ -27,7 +27,7 @@ TOLERANCE_RAD = 1e-10
 _MOST_STEPS = 60
 
 _POLYNOMIAL_STEPS = 5
-"""Steps of Newton's method from a parabola's minimum: the fourth is at rounding error."""
+"""Largest number of Newton steps from a parabola's minimum; the fourth is at rounding error."""
 
 
 @dataclass(frozen=True)
@@ -116,7 +116,7 @@ def global_minimum(
 
 
 def prefer_lower(best: ViewEstimate, other: ViewEstimate, rows: np.ndarray) -> ViewEstimate:
-    """The minima of A observations, each replaced by its other one where that is lower by more than rounding.
+    """Minima of A observations, replaced by the second minimum where that is lower by more than rounding.
 
     Parameters
     ----------
@@ -138,7 +138,7 @@ def prefer_lower(best: ViewEstimate, other: ViewEstimate, rows: np.ndarray) -> V
 
 
 def candidates(low: float, high: float, step: float) -> tuple[np.ndarray, bool]:
-    """Candidate angles (G,) from low to high, and whether they close the circle.
+    """Candidate angles (G,) from low to high, and True if they close the circle.
 
     On the whole circle the end, which is the start again, is left out.
 
@@ -247,11 +247,11 @@ def reduced_cost(
     h = c * (dx @ white.bx) + s * (dx @ white.by) + dz @ white.bz
     z = gram.solve(cosine, sine, h[..., None], noise_variance)[..., 0]
     full_x, full_y = white.mean_x + z @ white.bx.T, white.mean_y + z @ white.by.T
-    seen, unseen = c * full_x + s * full_y, -s * full_x + c * full_y  # d(seen)/d(beta) = unseen
-    e = across - seen
+    image, depth = c * full_x + s * full_y, -s * full_x + c * full_y  # d(image)/d(beta) = depth
+    e = across - image
     ez = dz - z @ white.bz.T
     cost = (e**2).sum(axis=1) + (ez**2).sum(axis=1) + (noise_variance or 0.0) * (z**2).sum(axis=1)
-    return ReducedCost(cost, z, -2.0 * (e * unseen).sum(axis=1))
+    return ReducedCost(cost, z, -2.0 * (e * depth).sum(axis=1))
 
 
 def _polynomial_minimum(

@@ -1,4 +1,4 @@
-"""View angles and coefficients that were estimated together, by whichever method."""
+"""View angles and coefficients that were estimated together, by any method."""
 
 from __future__ import annotations
 

@@ -16,17 +16,22 @@ from pipeline.validation import InvalidInput, told_apart
 
 GRAVITY_MM_S2 = 9806.65
 FASTEST_FROUDE, RUNNING_FROUDE, RUNNING_LIFT = 0.8, 0.4, 0.38
-"""A run is beyond the first, or beyond both others; 109 recorded walks have 0.44 and 0.3 at most, four runs 0.97 and
-0.42 at least."""
+"""Limits of a walk: a run exceeds the first Froude number, or both the second and the lift.
+
+In 109 recorded walks they are at most 0.44 and 0.3, in four runs at least 0.97 and 0.42.
+"""
 ALTERNATION = -0.5
 """Largest correlation of the two ankles' fore-aft motion: walks have -0.84 at most, bends -0.3 at least."""
 LEAST_STANCE, SLOWEST_MM_S = 0.15, 100.0
-"""Share of the time in which each foot is the lower one, and how fast the lower foot goes back under the pelvis."""
+"""Smallest share of time in which each foot is the lower one, and smallest backward speed of the lower foot."""
 BOW_DEG = 25.0
-"""Range of the trunk's pitch over the stretch, 5 to 95 %: walks have 10, bends 50 at least."""
+"""Largest range of the trunk's pitch, 5th to 95th percentile: walks have 10, bends at least 50 degrees."""
 
 USUAL_W, STRIDE_POWER = (0.115, 0.25), 0.7
-"""Range of ``w``. 120 recorded walks have 0.118 to 0.209; at half or double the rate nearly all are outside."""
+"""Usual range of ``w``, and the power of the stride in its definition.
+
+120 recorded walks have ``w`` from 0.118 to 0.209.  At half or double the frame rate nearly all are outside.
+"""
 
 _SHOULDERS = [WALKER15.index("left_shoulder"), WALKER15.index("right_shoulder")]
 
@@ -90,7 +95,7 @@ def require_walk(level: np.ndarray, frame_rate_hz: float, *, leg_mm: float, spee
 
 
 def _stance(ankles: np.ndarray, frame_rate_hz: float) -> tuple[np.ndarray, float]:
-    """Which of the ankles (T, 2, 3) is the lower one (T,), and how fast it goes back under the pelvis, mm/s."""
+    """Index (T,) of the lower ankle of (T, 2, 3), and its backward speed relative to the pelvis, mm/s."""
     lower = ankles[..., 2].argmin(axis=1)
     back = -np.gradient(ankles[..., 1], axis=0)[np.arange(len(lower)), lower] * frame_rate_hz
     return lower, np.median(back)

@@ -24,7 +24,7 @@ from pipeline.skeleton import LEFT_LEG, PELVIS, RIGHT_LEG
 from pipeline.validation import InvalidInput, require_choice, told_apart
 
 STANDING_MM = 60.0
-"""Root mean square of the fore-aft distance of the ankles in a walk, at least."""
+"""Smallest root mean square of the fore-aft distance of the ankles in a walk."""
 
 SLOWEST_HZ = 4.0 * SEARCH_HZ[1]
 """Frames per second below which two harmonics of the quickest stride are not sampled."""
@@ -33,10 +33,10 @@ SHORT_STRIDES = 2.0
 """Strides below which a clip's path cannot be separated from the walk without regressing both together."""
 
 TREADMILL_MM_S = 250.0
-"""A pelvis slower than this, over legs that walk, is on a treadmill."""
+"""Speed of the pelvis below which a walk is on a treadmill."""
 
 _TIGHTNESS = (0.4, 0.6, 0.8, 1.0)
-"""Fractions of the speed band that are tried, the steadiest first."""
+"""Fractions of the speed band for the search, the steadiest first."""
 
 _ENOUGH_STRIDES = 2.0
 """A steadier stretch is preferred if it contains at least this number of strides."""

@@ -1,4 +1,4 @@
-"""Short gaps of a clip that are bridged before steady walking is searched for."""
+"""Interpolation of short gaps in a clip, before the search for steady walking."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class BridgedClip:
     whole : (T,) bool
         Frames in which every joint is known.
     n_filled : int
-        Values filled in.
+        Number of interpolated values.
     """
 
     positions: np.ndarray
@@ -30,7 +30,7 @@ class BridgedClip:
 def bridge_gaps(
     positions: np.ndarray, valid: np.ndarray, frame_rate_hz: float, *, gap_s: float
 ) -> BridgedClip:
-    """A clip in which every gap of at most `gap_s` between measured frames is filled; nothing is extrapolated.
+    """The clip with gaps of at most `gap_s` between measured frames interpolated, without extrapolation.
 
     Parameters
     ----------

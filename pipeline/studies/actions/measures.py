@@ -1,4 +1,4 @@
-"""Measures that only the tables of performances ask for: mozerov2006."""
+"""Measures of tables of performances: mozerov2006."""
 
 from __future__ import annotations
 
@@ -11,27 +11,27 @@ from pipeline.studies.rows import Number, Table, require_columns, rows_of, value
 def variance_left(table: Table, column: str) -> Number:
     """Variance between performances (divisor M - 1): half the mean of a column of squared distances over pairs.
 
-    Of all ordered pairs of two performances; a performance that is drawn twice is no distance from itself.
+    The pairs are all ordered pairs of two performances.  A performance that is drawn twice has no distance from itself.
     """
     rows = rows_of(table)
     require_columns(rows.frame, "performance", "person", "other_person")
-    found = values(rows.frame, column)
+    entries = values(rows.frame, column)
     of_person = dict(zip(rows.frame["person"].astype(str), rows.cluster, strict=True))
     other = rows.frame["other_person"].astype(str).map(of_person)
-    if not whole(found) or other.isna().any():
+    if not whole(entries) or other.isna().any():
         return rows.no_number
     size = rows.weights.shape[1]
-    apart = np.zeros((size, size))
-    np.add.at(apart, (rows.cluster, other.to_numpy(dtype=int)), found)
+    distances = np.zeros((size, size))
+    np.add.at(distances, (rows.cluster, other.to_numpy(dtype=int)), entries)
     first = ~rows.frame["performance"].duplicated().to_numpy()
     count = rows.weights @ np.bincount(rows.cluster[first], minlength=size)
-    drawn = ((rows.weights @ apart) * rows.weights).sum(axis=1)
+    drawn = ((rows.weights @ distances) * rows.weights).sum(axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):
         return rows.number(0.5 * drawn / (count * (count - 1.0)))
 
 
 def broken_time_constraints(table: Table) -> float:
-    """How often a rate-to-rate function breaks its constraints: each end that is not kept, each step back."""
+    """Number of violated constraints of a rate-to-rate function: ends that do not match, and steps back."""
     samples, times = values(table, "sample"), values(table, "rate_to_rate")
     if not samples.size or not (np.isfinite(samples) & np.isfinite(times)).all():
         return np.nan
@@ -41,5 +41,5 @@ def broken_time_constraints(table: Table) -> float:
 
 
 def free_numbers(table: Table, count: str, unit_error: str) -> float:
-    """How many numbers are used, less the one that the others determine where all are unit vectors to a millionth."""
+    """Number of free coordinates: one fewer than the coordinates if all vectors have unit length within 1e-6."""
     return only(table, count) - float(only(table, unit_error) < 1e-6)

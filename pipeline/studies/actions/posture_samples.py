@@ -47,7 +47,7 @@ _BLOCK = 64
 RESAMPLED_POSTURES = 64
 """Number of postures sampled at each frame from each model of resampled people."""
 TAIL_POSTURES = 200
-"""The same for tails, ten of which lie beyond the 95th percentile."""
+"""Number of postures sampled for tails, so that ten lie beyond the 95th percentile."""
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,8 @@
 """Error of the recovered time for every smoothness, both penalties and both starts: mozerov2006 section 3.
 
-On performances whose true course is known.  The pattern stays the median sequence that the model chose.  An error is
-the distance, in frames of the performance, of the frame that is matched with a sample of the pattern from the frame
-that truly shows the same phase; where the pattern stands still nobody can tell the phase, so errors are also given for
-the samples at which it moves alone.
+The performances have a known true course.  The pattern is the median sequence of the model.  Each sample of the pattern
+is matched with a frame of the performance; the error is the distance in frames to the frame of the same true phase.
+The phase is undefined while the pattern stands still.  Errors are therefore also given for moving samples only.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ from pipeline.validation import Distinct, NonNegative
 
 @dataclass(frozen=True)
 class TimeErrors:
-    """Errors of the recovered time, and the truth that they are measured by.
+    """Errors of the recovered time, with the true course of the performances.
 
     Attributes
     ----------
@@ -31,11 +30,11 @@ class TimeErrors:
     smoothness : (V,)
         mu in mean squared deviations of a frame.
     error_frames, error_moving_frames : (S, K, V, M)
-        Mean over all samples, and over those at which the pattern moves; zero at the pattern itself.
+        Mean error over all samples, and over samples at which the pattern moves; zero for the pattern itself.
     true_frames : (M, P)
         Frame of each performance, fractional, that shows the phase of each sample of the pattern.
     moving : (P,) bool
-        Where the pattern moves.
+        True for samples at which the pattern moves.
     """
 
     starts: np.ndarray
@@ -68,10 +67,10 @@ class Smoothness(Sweep):
             errors = []
             for start, penalty, smoothness in product(starts, penalties, mu):
                 options = inputs.model_options.path_options | {"start": start, "penalty": penalty}
-                found = synchronization.synchronize(
+                path = synchronization.synchronize(
                     linear[median], linear[m], smoothness=smoothness, **options
                 )
-                off = np.abs(synchronization.rate_to_rate(found.disparity) * frames_per_sample[m] - true[m])
+                off = np.abs(synchronization.rate_to_rate(path.disparity) * frames_per_sample[m] - true[m])
                 errors.append((off.mean(), off[moving].mean()))
             return np.array(errors).reshape(len(starts), len(penalties), len(mu), 2)
 

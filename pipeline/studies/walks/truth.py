@@ -1,7 +1,7 @@
-"""Checks of the walkers that errors are measured by: proportions, sides, size, power, phase zero and heading.
+"""Checks of the ground truth of walkers: proportions, sides, size, power, phase zero and heading.
 
-An error of the input moves every number and no comparison.  These columns are the conditions that the claims of
-figures 3 and 5 rest on; the ranges are those of published bodies, not of the people at hand.
+An error of the input changes every number, but no comparison reveals it.  These columns are the conditions of the
+claims of figures 3 and 5.  The ranges are those of published bodies, not of the people in the data.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ LIMBS = (("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "w
 """Ends of the limbs that are compared left with right."""
 
 DECIMALS = 9
-"""Of angles in degrees, since less is rounding."""
+"""Decimals of angles in degrees; further ones are rounding."""
 
 INSTANTS = 24
 """Instants of a cycle at which lengths are measured."""
@@ -43,13 +43,13 @@ INSTANTS = 24
 def truth_table(data: FourierSamples, clips: Walks) -> pd.DataFrame:
     """Return ``table_truth``: the checks of every walker.
 
-    Joints that were not measured are in no proportion and no side.
+    Proportions and sides leave out joints that were not measured.
 
     Parameters
     ----------
     data : FourierSamples
     clips : Walks
-        Recordings that the samples are made of.
+        Recordings of the samples.
     """
     postures = np.stack([_cycle(of_walker) for of_walker in data.coefficients])  # (R, T, 15, 3)
     measured = ~data.unmeasured
@@ -57,8 +57,8 @@ def truth_table(data: FourierSamples, clips: Walks) -> pd.DataFrame:
     of_series = np.array([_height(of_walker[0]) for of_walker in data.coefficients]) / recorded
     series = 0.5 * np.square(data.coefficients[:, 1:]).sum(axis=(1, 2, 3))
     residual, whole = (
-        np.trace(of, axis1=-2, axis2=-1).sum(axis=-1)
-        for of in (data.residual_covariance, data.temporal_covariance)
+        np.trace(covariance, axis1=-2, axis2=-1).sum(axis=-1)
+        for covariance in (data.residual_covariance, data.temporal_covariance)
     )
     phase, heading = _phases(data.coefficients), np.array([step_heading(c) for c in data.coefficients])
     columns = {
@@ -131,19 +131,19 @@ def _outside(postures: np.ndarray, measured: np.ndarray) -> int:
 
 def _sides_apart(postures: np.ndarray, measured: np.ndarray) -> float:
     """Return the largest difference of a limb's length between left and right, over their mean; 0 without any limb."""
-    apart = [0.0]
+    differences = [0.0]
     for ends in LIMBS:
         names = [[f"{side}_{end}" for end in ends] for side in ("left", "right")]
         if all(measured[WALKER15.index(name)] for side in names for name in side):
             left, right = (_length(postures, *side) for side in names)
-            apart.append(abs(left - right) / (0.5 * (left + right)))
-    return max(apart)
+            differences.append(abs(left - right) / (0.5 * (left + right)))
+    return max(differences)
 
 
 def _length(postures: np.ndarray, one: str, other: str) -> float:
     """Return the root mean square distance of two joints, mm: over the instants of a cycle exact for any phase zero."""
-    apart = postures[:, WALKER15.index(one)] - postures[:, WALKER15.index(other)]
-    return float(np.sqrt(np.square(apart).sum(axis=-1).mean()))
+    between = postures[:, WALKER15.index(one)] - postures[:, WALKER15.index(other)]
+    return float(np.sqrt(np.square(between).sum(axis=-1).mean()))
 
 
 def _above(posture: np.ndarray, one: str, other: str) -> float:

@@ -129,7 +129,7 @@ def jacobian(given: Observations, unknowns: np.ndarray) -> np.ndarray:
     by_position, movement = reprojection.linearise(given, unknowns)
     if unknowns.shape[1] > 2 * given.basis.shape[1]:  # by the logarithm of the length
         movement = np.concatenate([movement, reprojection.relative(given, unknowns)[:, :, None]], axis=2)
-    limbs, frames = given.seen.shape
+    limbs, frames = given.visible.shape
     components = given.basis.shape[1]
     whole = np.zeros((limbs, frames, 2, limbs, unknowns.shape[1]))
     for joint in range(limbs):

@@ -76,7 +76,7 @@ def test_nothing_seen_says_nothing_and_a_joint_without_a_place_is_impossible() -
     image[1] = np.nan
     image[2, 1] = np.nan
     likelihood = Likelihood(image, VIEW, 1.0)
-    assert likelihood.seen.sum(axis=1).tolist() == [2, 0, 1]
+    assert likelihood.visible.sum(axis=1).tolist() == [2, 0, 1]
     assert np.isfinite(likelihood.log_density(joints, 0)).tolist() == [True, False]
     np.testing.assert_array_equal(likelihood.log_density(joints, 1), 0.0)
     assert np.ptp(likelihood.log_density(joints, 2)) == 0.0

@@ -396,7 +396,7 @@ def test_a_joint_that_was_not_seen_says_nothing() -> None:
     )
     np.testing.assert_array_equal(tracked.posture, moved.posture)
     np.testing.assert_array_equal(tracked.log_evidence, moved.log_evidence)
-    assert (tracked.seen == 13).all()
+    assert (tracked.visible == 13).all()
 
 
 def test_a_frame_with_nothing_seen_coasts_on_the_prediction() -> None:
@@ -405,7 +405,7 @@ def test_a_frame_with_nothing_seen_coasts_on_the_prediction() -> None:
     _, image = seen(x, generator, noise=5.0)
     image[20:30] = np.nan
     tracked = run(Likelihood(image, VIEW, 5.0), n_particles=1000)
-    assert (tracked.seen[20:30] == 0).all()
+    assert (tracked.visible[20:30] == 0).all()
     assert not tracked.lost.any()
     assert (tracked.log_evidence[20:30] == 0).all()
     assert (np.diff(tracked.phase[19:30]) > 0.3).all()  # the action goes on unseen

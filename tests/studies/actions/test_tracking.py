@@ -142,7 +142,7 @@ def test_hidden_joints_are_never_read(trial: Trial) -> None:
         elsewhere = replace(trial, performance=replace(trial.performance, joints_mm=joints))
         np.testing.assert_array_equal(elsewhere.seen(condition), image)
         result = trial.filtered("prior", condition, image)
-        np.testing.assert_array_equal(result.seen, (~hidden).sum(axis=1))
+        np.testing.assert_array_equal(result.visible, (~hidden).sum(axis=1))
         again = elsewhere.filtered("prior", condition, elsewhere.seen(condition))
         np.testing.assert_array_equal(again.posture, result.posture)
         np.testing.assert_array_equal(again.log_evidence, result.log_evidence)

@@ -40,12 +40,12 @@ ALIGNED = {
     "synchronized": ("(b) automatically", "sample"),
     "keyframe": ("(c) by key-frames", "sample"),
 }
-"""Title and abscissa of each column of panels that shows performances; the learnt model follows."""
+"""Title and abscissa of each column of panels with performances, which precede the learnt model."""
 
 PUBLISHED = Reference(x=16.0, y="mozerov2006_variance_captured", label="published: 16, 95 %")
 
 MEAN_COLOUR, LINEAR_COLOUR = "orange", "grey"
-"""Of the mean performance, and of bounds learnt by linear normalisation."""
+"""Colours of the mean performance, and of bounds learnt by linear normalisation."""
 
 THIN = Style("a performance", "blue", width=1 / 3, opacity=0.7)
 THIN_DASHED = Style("", "blue", line="dashed", width=1 / 3, opacity=0.7)
@@ -141,8 +141,8 @@ class ActionModelFigure(Figure):
         median = action.median
         with begin(
             f"\n{MEAN_COLOUR.capitalize()}: the mean performance, with the limbs of {names[median]}, the median "
-            f"sequence, which is {name_on_dark('original')}; beside them all performances, synchronized. Curves: mean "
-            f"± standard deviation, bounds at ±{bound:g}. Matrix: synchronization distances of all ordered pairs, "
+            f"sequence, which is {name_on_dark('original')}. Next to them: all performances, synchronized. Curves: "
+            f"mean ± standard deviation, bounds at ±{bound:g}. Matrix: synchronization distances of all ordered pairs, "
             "the pattern n downwards, the performance m to the right.\n",
             timeline="sample",
             at=np.arange(len(action.model.mean)),
@@ -164,7 +164,7 @@ class ActionModelFigure(Figure):
             bodies = Space3D(
                 name="mean performance and median sequence",
                 contents=("world/mean_performance", "world/performances"),
-                shown=("world/mean_performance", f"world/performances/{entity_name(names[median])}"),
+                focus=("world/mean_performance", f"world/performances/{entity_name(names[median])}"),
             )
             everybody = Space3D(name="all performances, synchronized", contents=bodies.contents)
             below = Columns(Matrix(name="distances C(n, m)"), Notes())
@@ -172,7 +172,7 @@ class ActionModelFigure(Figure):
             rec.blueprint(Columns(left, Rows(*rec.plots)), playing=True)
 
     def _shown(self, inputs: Inputs) -> int:
-        """How many dimensions are drawn and tabulated."""
+        """Return the number of dimensions that are drawn and tabulated."""
         return min(self.dimensions, inputs.model.space.dimensions)
 
 

@@ -77,7 +77,7 @@ class PostureSamples(Figure):
         return Sheet(
             caption="Frames of the mean performance counted from one; body of mean limb lengths. Left: the mean"
             " posture,"
-            f" {inputs.sweep.bodies.shape[1] - 1} accepted ones over one another; beside it those of them that are"
+            f" {inputs.sweep.bodies.shape[1] - 1} accepted ones over one another; next to it those of them that are"
             f" farthest from the mean posture and from each other. {_tails(tables)}"
             f" Median of {accepted['draws'].iloc[0]} samples, mean"
             f" over joints: {measured}.",
@@ -93,16 +93,16 @@ class PostureSamples(Figure):
         rows = [
             SkeletonRow(
                 label=f"({'abcdefgh'[n % 8]}) frame {frame}{words}",
-                centre=seen[0],
-                others=seen[1:],
-                beside=farthest_apart(body, EXAMPLES),
+                centre=images[0],
+                others=images[1:],
+                separate=farthest_apart(body, EXAMPLES),
             )
             for n, (frame, words, body) in enumerate(
                 (frame, words, bodies[order[m]])
                 for m, frame in enumerate(frames)
                 for words, bodies in (("", inputs.sweep.bodies), (", together", inputs.sweep.bodies_together))
             )
-            for seen in [camera.project(body, np.radians(VIEW_DEG))]
+            for images in [camera.project(body, np.radians(VIEW_DEG))]
         ]
         picture.skeletons(rows, WALKER15.bones, legend=("mean posture", "accepted by the action model"))
 

@@ -142,7 +142,7 @@ class TrackingError(Figure):
                 for method in ("prior", "no_prior_own_step", "mean_best_phase")
             ]
             below = Columns(
-                Image2D(name="observed joints", beside=spaces[0]),
+                Image2D(name="observed joints", next_to=spaces[0]),
                 Plot(name="error (mm) against time (s)", origin="curves/error_mm"),
                 Notes(),
                 shares=(1, 2, 1),

@@ -188,7 +188,7 @@ class MissingDataFigure(Figure):
                 Rows(
                     Columns(
                         space,
-                        Image2D(name="observed", beside=space),
+                        Image2D(name="observed", next_to=space),
                         shares=(3, 2),
                     ),
                     Columns(

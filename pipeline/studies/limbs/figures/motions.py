@@ -209,7 +209,7 @@ class MotionsFigure(Figure):
                 space = Space3D(
                     name=f"{camera} camera, seen from its left",
                     contents=paths,
-                    shown=tuple(f"{path}/{first}" for path in paths),
+                    focus=tuple(f"{path}/{first}" for path in paths),
                     eye_mm=(-2600.0 * np.sin(angle), 2600.0 * np.cos(angle), 1500.0),
                 )
                 entity = f"world/cameras/{camera}/{first}"
@@ -219,7 +219,7 @@ class MotionsFigure(Figure):
                 columns.append(Rows(space, image_view))
             stand = ("world/original", *(f"world/cameras/{camera}" for camera in cameras))
             where = Space3D(
-                name="the cameras", contents=stand, shown=tuple(f"{path}/{first}" for path in stand),
+                name="the cameras", contents=stand, focus=tuple(f"{path}/{first}" for path in stand),
                 eye_mm=(3000.0, -3000.0, 5000.0),
             )  # fmt: skip
             layout = Columns(*columns, Rows(where, Notes()), shares=[3] * len(columns) + [2])

@@ -215,7 +215,7 @@ class Postures(Figure):
                         "world/original",
                         *(f"world/reconstructed/{m.name}/view_{view:g}" for m in compared),
                     ),
-                    shown=(
+                    focus=(
                         f"world/original/{displayed}",
                         *(f"world/reconstructed/{m.name}/view_{view:g}/{displayed}" for m in compared),
                     ),
@@ -228,8 +228,8 @@ class Postures(Figure):
                     Image2D(
                         name=f"observed at {views[middle]:g}°",
                         contents=(f"image/observed/view_{views[middle]:g}",),
-                        shown=(f"image/observed/view_{views[middle]:g}/{displayed}",),
-                        beside=spaces[middle],
+                        focus=(f"image/observed/view_{views[middle]:g}/{displayed}",),
+                        next_to=spaces[middle],
                     ),
                     Notes(),
                     shares=(4, 3, 2),

@@ -133,7 +133,7 @@ class Spectrum(Figure):
                 Columns(
                     Space3D(
                         name="average walker and eigenwalker 1 at ±2 sd",
-                        shown=("world/average", "world/eigenwalker_1"),
+                        focus=("world/average", "world/eigenwalker_1"),
                     ),
                     Rows(
                         Bars(name="variance of each component (%)", origin="spectrum"),

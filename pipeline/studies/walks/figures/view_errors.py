@@ -194,7 +194,7 @@ class ViewErrors(Figure):
             images = np.stack([camera.project(posture, a) for a in angles])
             rec.image_points("image/observed", images)
             space = Space3D(name="original and reconstructed")
-            scene = Columns(space, Image2D(name="observed", beside=space), shares=(3, 2))
+            scene = Columns(space, Image2D(name="observed", next_to=space), shares=(3, 2))
             rec.blueprint(Columns(Rows(*rec.plots), Rows(scene, Notes(), shares=(3, 1))))
 
 

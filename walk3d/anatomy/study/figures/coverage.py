@@ -151,7 +151,7 @@ class BarCoverage(Figure):
             rec.blueprint(
                 Columns(
                     space,
-                    Image2D(name=f"observed at {SAMPLE_VIEW_DEG:g}°", beside=space),
+                    Image2D(name=f"observed at {SAMPLE_VIEW_DEG:g}°", next_to=space),
                     Notes(),
                     shares=(4, 3, 2),
                 ),
