@@ -66,12 +66,12 @@ def markers(joints: np.ndarray) -> dict[str, np.ndarray]:
                 width = _HALF_WIDTH[lower.title()]
                 output[f"{side}.{lower.title()}.{name}"] = stuck(end, axes, sign * which * width, 0, 0)
         foot = _frame(across, _unit(axes[..., 2]) + np.array([0, 0, 1.0]))
-        for name, place in (
+        for name, offset in (
             ("Heel", (0, -60, -50)),
             ("Midfoot.Sup", (0, 60, -10)),
             ("Toe.Tip", (0, 170, -50)),
         ):
-            output[f"{side}.{name}"] = stuck(end, foot, *place)
+            output[f"{side}.{name}"] = stuck(end, foot, *offset)
     return output
 
 

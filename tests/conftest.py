@@ -1,5 +1,5 @@
 # ruff: noqa: E402 - threads are set before anything is imported
-"""What all tests share: one BLAS thread, hypothesis profiles, and figures that are made once for a session."""
+"""Settings of all tests: one BLAS thread, hypothesis profiles, and figures that are made once for a session."""
 
 from __future__ import annotations
 
@@ -69,12 +69,12 @@ FEW_TRIALS = {
     ],
     "zhang2007_occlusion": ["scale.walkers=16", "sweep.seen_from_deg.step=90", "sweep.partners=2"],
 }  # fmt: skip
-"""What keeps figures short where their claims are tested: fewer trials or people, and certificates for one alone."""
+"""Options that keep figures short where their claims are tested: fewer trials or people, one certificate."""
 
 
 @dataclass(frozen=True)
-class Said:
-    """What one command printed, and how it ended."""
+class CommandResult:
+    """Output and exit status of one command."""
 
     status: int
     out: str
@@ -88,17 +88,17 @@ class Said:
 
 
 @pytest.fixture
-def say(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Said]:
+def say(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., CommandResult]:
     """``say("experiment=…", …)``: the command line, in this process."""
     from pipeline.cli import main as command_line
 
-    def say(*arguments: str) -> Said:
+    def say(*arguments: str) -> CommandResult:
         monkeypatch.setattr(sys, "argv", ["pipeline"])
         monkeypatch.setenv("HYDRA_FULL_ERROR", "1")  # which the command line sets; undone after the test
         capsys.readouterr()
         status = command_line.main(list(arguments))
         captured = capsys.readouterr()
-        return Said(status, captured.out, captured.err)
+        return CommandResult(status, captured.out, captured.err)
 
     return say
 
@@ -183,7 +183,7 @@ FIRST = (
     "tests/studies/test_newcomers_bill.py",
     "tests/test_tutorial.py",
 )
-"""What takes longest is begun first, so that no process is left with it while the others have nothing to do."""
+"""Slow modules, which run first: otherwise one process would finish them while the others wait."""
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -1,4 +1,4 @@
-"""What every figure leaves at smoke scale: rows and columns of its tables, entities of its recording.
+"""Contents of every figure's folder at smoke scale: rows and columns of its tables, entities of its recording.
 
 python -m tests.contents FOLDER FIGURE …
     Write ``tests/golden/FIGURE.csv``, its first table, and ``tests/golden/FIGURE.txt``, what is in its folder
@@ -18,7 +18,7 @@ from pipeline.storage import tables
 from tests.recordings import reading
 
 GOLDEN = Path(__file__).resolve().parent / "golden"
-BESIDE = ("claims", "table_ingest")
+COMMON = ("claims", "table_ingest")
 """Tables that every figure has."""
 
 
@@ -26,7 +26,7 @@ def contents(folder: Path) -> str:
     """Return a line to each table, its columns with a ``?`` where cells are empty, and one to each entity."""
     lines = []
     for path in sorted(folder.glob("*.csv")):
-        if path.stem not in BESIDE:
+        if path.stem not in COMMON:
             columns = tables.read(path)
             full = {name: v.dtype.kind == "U" or bool(np.isfinite(v).all()) for name, v in columns.items()}
             names = ", ".join(name if full[name] else f"{name}?" for name in columns)
@@ -68,8 +68,8 @@ def sharing_a_class(figures: Collection[str]) -> dict[str, list[str]]:
 
 if __name__ == "__main__":
     for name in sys.argv[2:]:
-        made = Path(sys.argv[1]) / name
-        shutil.copyfile(made / "table.csv", GOLDEN / f"{name}.csv")
-        (GOLDEN / f"{name}.txt").write_text(contents(made), encoding="utf-8")
+        figure_folder = Path(sys.argv[1]) / name
+        shutil.copyfile(figure_folder / "table.csv", GOLDEN / f"{name}.csv")
+        (GOLDEN / f"{name}.txt").write_text(contents(figure_folder), encoding="utf-8")
     for kind, names in sharing_a_class(sys.argv[2:]).items():
         print(f"{kind} also makes {', '.join(names)}: make golden FIGURE=… renews each")

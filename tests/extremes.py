@@ -1,4 +1,4 @@
-"""Options at the ends of their ranges, one at a time, at smoke scale: is a figure made, or is it said why not?
+"""Options at the ends of their ranges, one at a time, at smoke scale: is a figure made, or an error explained?
 
 python -m tests.extremes [FIGURE ...]
     A run for each option and value: of all figures 1 700, an hour on two cores.  Exit status 1 if one ends
@@ -29,7 +29,7 @@ from tests.made_up_walker import WALKER
 ROOT = Path(__file__).resolve().parent.parent
 GROUPS = ("data", "dataset", "model", "sweep", "figure")
 LARGEST = 100
-"""Ends of a range that are more than so many times a value are left out: they would run for hours."""
+"""Ends of a range that exceed a value by more than this factor are left out: they would run for hours."""
 
 
 def tree(kind: type[Any]) -> dict[str, Any]:
@@ -63,7 +63,7 @@ def options(path: str, option: Any, known: dict[str, Any]) -> Iterator[tuple[str
 
 
 def within(number: float, bounds: dict[str, float]) -> bool:
-    """Whether a number is inside of a range."""
+    """Return whether a number is inside a range."""
     inside = bounds.get("at_least", number) <= number <= bounds.get("at_most", number)
     return (
         inside and number > bounds.get("above", -float("inf")) and number < bounds.get("below", float("inf"))
@@ -71,7 +71,7 @@ def within(number: float, bounds: dict[str, float]) -> bool:
 
 
 def tried(value: Any, known: Any) -> list[Any]:
-    """What an option is set to, but for what it is."""
+    """Return the values that an option is set to, without its own."""
     if isinstance(value, bool):
         return [not value]
     if isinstance(value, enum.Enum):

@@ -1,4 +1,4 @@
-"""How many digits of the smoke tables hold on any processor: made under other kernels and compared.
+"""Digits of the smoke tables that hold on any processor: the tables are made under other kernels and compared.
 
 python -m tests.golden_digits [FIGURE ...]
     Make the tables of all figures (or of those named) under every setting, one process to each, and renew their rows of
@@ -7,7 +7,7 @@ python -m tests.golden_digits --check [FIGURE ...]
     Make those that iterate (or those named) under two BLAS kernels and compare them with the golden tables, to the
     tolerances of that file.  Exit status 1, with figure, table, line, column and both values, if a digit moved.
 
-``--settings=Prescott,Haswell`` picks settings; those that this processor cannot run are left out, and said.  Tables of
+``--settings=Prescott,Haswell`` picks settings; those that this processor cannot run are left out, and named.  Tables of
 seconds (`TIMING`) are never compared.
 """
 
@@ -36,10 +36,10 @@ DIGITS = GOLDEN / "digits.csv"
 LEAST = 1e-6
 """Tolerance where nothing iterates, and the least anywhere."""
 MARGIN = 10.0
-"""A tolerance is so many times the difference measured, rounded up to a power of ten."""
+"""Factor from the measured difference to the tolerance, which is rounded up to a power of ten."""
 
 KERNELS = {"Prescott": "SSE3", "Nehalem": "SSE42", "Haswell": "AVX2", "Zen": "AVX2", "SkylakeX": "AVX512_SKX"}
-"""Of OpenBLAS, each with what the processor must know."""
+"""Kernels of OpenBLAS, each with the instructions that the processor must have."""
 CHECKED = ("Prescott", "Haswell")
 
 VARIABLES = ("OPENBLAS_CORETYPE", "NPY_DISABLE_CPU_FEATURES", "NUMBA_CPU_NAME")
@@ -86,7 +86,7 @@ def names_of(folder: Path) -> list[str]:
 
 
 def tolerance(difference: float) -> float:
-    """What may differ in a table for which so much was measured; no tolerance makes up for text that differs.
+    """Return the tolerance of a table for its measured difference; no tolerance makes up for text that differs.
 
     Examples
     --------
@@ -129,7 +129,7 @@ def measure(figures: Sequence[str], folders: Mapping[str, Path]) -> list[dict[st
 
 
 def moved(figures: Sequence[str], folders: Mapping[str, Path]) -> list[str]:
-    """Where the tables differ from the golden ones, and the others of a figure from those of the first setting."""
+    """Return the differences of first tables from the golden ones, and of others from those of the first setting."""
     described, tolerances = [], read_tolerances()
     first = next(iter(folders.values()))
     for setting, folder in folders.items():

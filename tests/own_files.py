@@ -10,7 +10,7 @@ from pipeline.skeleton import WALKER15
 from pipeline.skeleton.source_mapping import SourceMapping
 
 OWN_JOINTS = SourceMapping(name="walker15", up="z", joints={j: {j: 1.0} for j in WALKER15.joints})
-"""Of files whose points are the joints."""
+"""Mapping of files whose points are the joints."""
 
 
 def write_table(path: Path, contents: Mapping[str, bytes]) -> Path:

@@ -1,4 +1,4 @@
-"""Small defects, planted one at a time in a copy of the tree: do the tests named beside them notice?
+"""Small defects, planted one at a time in a copy of the tree: do the tests of their rows notice?
 
 python -m tests.planted [N | WORD ...]
     Plant every row of ``tests/planted.csv``; N of them, drawn by the commit that is checked out; or those whose file's
@@ -42,7 +42,7 @@ def defects() -> list[Defect]:
 
 
 def git(*arguments: str) -> str:
-    """What a git command says of this tree."""
+    """Return the output of a git command in this tree."""
     return subprocess.run(["git", *arguments], cwd=ROOT, check=True, capture_output=True, text=True).stdout
 
 

@@ -18,7 +18,7 @@ from pipeline.storage.sealed_folders import complaints_about
 
 ROOT = Path(__file__).resolve().parent.parent
 WAIT_S = 3600.0
-"""How long a test waits for a process that should end: many times what a busy machine needs."""
+"""Seconds that a test waits for a process that should end: many times the need of a busy machine."""
 
 
 def copy_tree(source: Path, copy: Path, *left_out: str) -> None:
@@ -61,7 +61,9 @@ class Forked:
     def __init__(self, main: Callable[[], int]) -> None:
         out, err = os.pipe(), os.pipe()
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", DeprecationWarning)  # of forks beside threads, which stay behind
+            warnings.simplefilter(
+                "ignore", DeprecationWarning
+            )  # of forks in a process with threads, which stay behind
             self.pid = os.fork()
         if self.pid == 0:
             self._run(main, out[1], err[1])
@@ -92,7 +94,7 @@ class Forked:
         os.kill(self.pid, number)
 
     def communicate(self) -> tuple[str, str]:
-        """What else it writes, until it and all that it started have ended; its status is then known."""
+        """Return its remaining output, when it and all that it started have ended; its status is then known."""
         patience = threading.Timer(WAIT_S, os.killpg, (self.pid, signal.SIGKILL))
         patience.start()
         message = self.stdout.read(), self.stderr.read()  # little enough for the pipe of the second
@@ -119,17 +121,17 @@ def forked(main: Callable[[], int]) -> Iterator[Forked]:
 def finished(
     command: Sequence[str], *, environment: Mapping[str, str] | None = None, cwd: Path = ROOT
 ) -> subprocess.CompletedProcess[str]:
-    """What a process said, and its exit status."""
+    """Run a process; return its output and its exit status."""
     with started(command, environment=environment, cwd=cwd) as process:
         out, err = process.communicate(timeout=WAIT_S)
         return subprocess.CompletedProcess(list(command), process.returncode, out, err)
 
 
 def python(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
-    """What ``python ARGUMENTS`` said, and its exit status."""
+    """Run ``python ARGUMENTS``; return its output and its exit status."""
     return finished([sys.executable, *arguments], environment=environment)
 
 
 def is_complete(folder: Path) -> bool:
-    """Whether a folder has a sealed manifest and every file of it at the right size."""
+    """Return whether a folder has a sealed manifest and every file of it at the right size."""
     return not complaints_about(folder, hashes=False)

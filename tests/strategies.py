@@ -1,4 +1,4 @@
-"""What the property tests draw: hypothesis picks seeds, sizes and a style, numpy the numbers.
+"""Strategies of the property tests: hypothesis picks seeds, sizes and a style, numpy the numbers.
 
 Styles: *generic* numbers in general position; *tied*, the same walkers or equal spreads again; *degenerate*,
 joints that stand still, coordinates that are zero, fewer directions of variation than walkers.
@@ -37,7 +37,7 @@ angles = st.floats(min_value=-np.pi, max_value=np.pi, allow_nan=False)
 
 
 def walker(generator: np.random.Generator, *, individual: float = 1.0) -> np.ndarray:
-    """Fourier representation (5, 15, 3) in mm of somebody who walks along +y, at phase zero.
+    """Fourier representation (5, 15, 3) in mm of a person who walks along +y, at phase zero.
 
     `individual` scales how far the walker is from the one that all have in common.
     """
@@ -78,7 +78,7 @@ def walkers(generator: np.random.Generator, count: int, style: str = "generic") 
 
 @dataclass(frozen=True)
 class Fold:
-    """A model, and a walker whom it has not seen."""
+    """A model, and a walker who is not part of it."""
 
     model: LinearModel
     sample: np.ndarray
@@ -91,7 +91,7 @@ class Fold:
 
 @st.composite
 def folds(draw: st.DrawFn, *, styles: tuple[str, ...] = STYLES, trailing: int | None = None) -> Fold:
-    """A model of 225 or 226 numbers learnt from 3 to 40 walkers, and somebody else of the same population."""
+    """A model of 225 or 226 numbers learnt from 3 to 40 walkers, and another person of the same population."""
     seed, count, style = (
         draw(seeds),
         draw(st.integers(min_value=3, max_value=40)),

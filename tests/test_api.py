@@ -57,8 +57,8 @@ def test_from_files_to_a_reconstruction(tmp_path: Path) -> None:
         errors.absolute_error(np.moveaxis(average - walks[0].coefficients, -1, 0)).sum(axis=0).mean()
     )
     assert off < 0.8 * without
-    with rejects("no_file", "nobody.trc"):
-        represent(tmp_path / "nobody.trc")
+    with rejects("no_file", "missing.trc"):
+        represent(tmp_path / "missing.trc")
     header = ",".join(f"{joint}_{axis}" for joint in WALKER15.joints for axis in "xyz")
     rows = output.positions_mm[0].reshape(len(positions), -1) / 1000.0
     np.savetxt(tmp_path / "bare.csv", rows, "%.9f", ",", header=header, comments="")
@@ -90,7 +90,7 @@ def test_hidden_joints_are_reconstructed_and_cost_little_elsewhere() -> None:
 
 @pytest.fixture
 def motion(tmp_path: Path) -> MotionCapture:
-    """A recording of two points over three frames, one sample of which is missing."""
+    """A recording of two points over three frames, with one missing sample."""
     positions = np.arange(18.0).reshape(3, 2, 3)
     valid = np.array([[True, True], [True, False], [True, True]])
     return MotionCapture(("a", "b"), positions, valid, 50.0, "mm")

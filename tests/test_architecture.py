@@ -1,4 +1,4 @@
-"""The structure of the package: who imports whom, who touches what, how large a stage may be.
+"""The structure of the package: imports between modules, access to files, the largest size of a stage.
 
 Reads the syntax trees of the sources, so imports inside functions and under TYPE_CHECKING count too.
 """
@@ -40,7 +40,7 @@ def dotted(module: str) -> str:
     return module if module.startswith("walk3d") else f"pipeline.{module}"
 
 
-SOURCES = {_module_name(path): path for of in PACKAGES for path in sorted((ROOT / of).rglob("*.py"))}
+SOURCES = {_module_name(path): path for folder in PACKAGES for path in sorted((ROOT / folder).rglob("*.py"))}
 MODULES = sorted(set(SOURCES) - {"__init__", "walk3d"})
 
 
@@ -76,7 +76,7 @@ def imports(tree: ast.AST) -> tuple[set[str], set[str]]:
 
 @functools.cache
 def imports_of(module: str) -> tuple[set[str], set[str]]:
-    """What a module imports, from inside and from outside of the package."""
+    """Return the imports of a module, from inside and from outside of the package."""
     return imports(tree_of(module))
 
 
@@ -158,7 +158,7 @@ def study(module: str) -> str:
 
 
 def broken_rules(module: str, inside: set[str], outside: set[str]) -> list[str]:
-    """What a module imports that its place does not allow, one sentence each."""
+    """Return the imports of a module that its package does not allow, one sentence each."""
     reference = package(module)
     described = []
     for other in sorted(inside):
@@ -299,7 +299,7 @@ class _WhenRun(ast.NodeTransformer):
 
 @functools.cache
 def reached_at_once(module: str) -> set[str]:
-    """What a module imports when it runs."""
+    """Return the modules that a module imports when it runs."""
     return imports(_WhenRun().visit(ast.parse(SOURCES[module].read_text(encoding="utf-8"))))[0]
 
 
@@ -465,7 +465,7 @@ def test_public_functions_say_what_they_return_and_name_their_parameters(module:
 
 
 def _complaints(name: str, thing: Any) -> list[str]:
-    """What is wrong with the docstring of a function or class."""
+    """Return the faults in the docstring of a function or class."""
     docstring = inspect.cleandoc((vars(thing)["__doc__"] if isinstance(thing, type) else thing.__doc__) or "")
     if not docstring or docstring.startswith(f"{name}("):  # which a dataclass writes for itself
         return [f"{name} has no docstring"]
@@ -534,7 +534,7 @@ def test_a_preset_holds_only_what_differs(preset: Path) -> None:
 
 
 MAX_FIELDS, MAX_ARGUMENTS = 15, 9
-"""Of a record that is not a class of options, and of a function besides `self` and `cls`."""
+"""Limits for a record that is not a class of options, and for a function without `self` and `cls`."""
 
 
 @functools.cache
@@ -601,7 +601,7 @@ DISTRIBUTIONS = {
     "hydra": "hydra-core", "rerun": "rerun-sdk", "yaml": "pyyaml", "PIL": "pillow", "cv2": "opencv-python-headless",
     "ai_edge_litert": "ai-edge-litert",
 }  # fmt: skip
-"""Where the name of the package is not that of what is installed."""
+"""Names of distributions that differ from the name of their package."""
 
 
 def _requirement(text: str) -> str:

@@ -215,7 +215,7 @@ def test_a_person_who_lies_is_rejected_as_a_walk_and_remarked_as_an_action_or_al
 
 
 @pytest.mark.parametrize(
-    ("hip_width", "told"),
+    ("hip_width", "expected"),
     [
         (44.0, {"hip_width": True}),  # of a leg of 800 mm
         (72.0, {"hip_width": False}),
@@ -226,12 +226,12 @@ def test_a_person_who_lies_is_rejected_as_a_walk_and_remarked_as_an_action_or_al
         (368.0, {"hip_width": True}),
     ],
 )
-def test_hips_are_as_far_apart_as_people_have_them(hip_width: float, told: dict[str, bool]) -> None:
+def test_hips_are_as_far_apart_as_people_have_them(hip_width: float, expected: dict[str, bool]) -> None:
     body = standing(hip_width)
     body[:, KNEES + ANKLES] = standing()[:, KNEES + ANKLES]
     body[:, HIPS, 2] = body[:, KNEES, 2] + np.sqrt(400.0**2 - (body[:, HIPS, 0] - body[:, KNEES, 0]) ** 2)
     complaints = of(body, walk=False)
-    assert codes(complaints) == told
+    assert codes(complaints) == expected
     for complaint in complaints:
         assert complaint.where == ("left_hip", "right_hip")
         assert complaint.values["share"] == pytest.approx(hip_width / 800.0)
@@ -413,7 +413,7 @@ SPOILT: dict[str, tuple[Callable[[np.ndarray], np.ndarray], float, int, int]] = 
     "rate x 2": (lambda body: body, 2.0, 0, 0),
     "hip = ASIS": (with_hips_at_asis, 1.0, 0, 0),
 }
-"""What is done to joints and to the frame rate, and in how many of 60 walks and 20 actions it must be noticed."""
+"""Changes to joints and to the frame rate, and in how many of 60 walks and 20 actions each must be noticed."""
 
 
 def recorded(kind: str, limit: int) -> list[tuple[str, np.ndarray, np.ndarray, float]]:

@@ -1,4 +1,4 @@
-"""What is handed on beside the code: how it is cited, and a source distribution that holds what is tracked."""
+"""Files that go with the code: the citation, and a source distribution with the tracked files."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def test_the_citation_file_keeps_its_format_and_names_the_four_papers() -> None:
 
 
 def _in_sdist(path: str, rules: list[list[str]]) -> bool:
-    """Whether a tracked file goes into the source distribution: modules and what setuptools always adds, else rules."""
+    """Return whether a tracked file is in the source distribution: by a rule, as a module, or by setuptools."""
     first = path.split("/")[0]
     always = re.fullmatch(r"pipeline/.*\.py|pyproject\.toml|setup\.py|README\.md|LICENSE|MANIFEST\.in", path)
     data = re.fullmatch(r"pipeline/(py\.typed|report/page/[^/]+)", path)

@@ -1,4 +1,4 @@
-"""Parts of the documentation that are made of the sources: complete, and built without a warning."""
+"""Parts of the documentation that come from the sources: complete, and built without a warning."""
 
 from __future__ import annotations
 

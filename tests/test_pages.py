@@ -1,4 +1,4 @@
-"""What the README and the pages of the documentation tell people to do works as it stands there."""
+"""Commands in the README and the pages of the documentation work as they are printed."""
 
 from __future__ import annotations
 

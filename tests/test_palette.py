@@ -1,4 +1,4 @@
-"""One palette: colours that can be told apart, roles that have one, and packages that load what draws only to draw."""
+"""One palette: distinguishable colours, roles that have one, and packages that load what draws only to draw."""
 
 import subprocess
 import sys

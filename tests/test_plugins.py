@@ -27,7 +27,7 @@ from pipeline.storage.publishing import publish
 from pipeline.studies.walks import methods
 from pipeline.studies.walks.methods import PUBLISHED
 from pipeline.validation import InvalidInput
-from tests.conftest import Said
+from tests.conftest import CommandResult
 from tests.processes import ROOT, finished
 from tests.recordings.reading import entities
 from tests.rejects import rejects
@@ -106,7 +106,11 @@ def test_a_users_file_adds_a_method_to_a_figure_of_a_paper(made: Path) -> None:
 
 
 def test_an_archive_is_computed_again_with_the_users_own_copy_of_the_file_and_not_without_it(
-    made: Path, say: Callable[..., Said], no_files: None, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    made: Path,
+    say: Callable[..., CommandResult],
+    no_files: None,
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
 ) -> None:
     folder, archived = figure_in(made), tmp_path / "archived"
     with publish(archived, having="archive") as publication:
@@ -285,7 +289,7 @@ def broken(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 def test_a_plug_in_that_fails_to_import_is_one_sentence(
-    broken: None, say: Callable[..., Said], tmp_path: Path
+    broken: None, say: Callable[..., CommandResult], tmp_path: Path
 ) -> None:
     """Commands and figures that need none run with a remark; a method that is not there names the plug-in."""
     answer = say("equations", "zhang2004")
@@ -311,7 +315,7 @@ def stop(arguments: list[str]) -> int:
 
 
 def test_a_plug_in_takes_the_place_of_no_command(
-    monkeypatch: pytest.MonkeyPatch, say: Callable[..., Said]
+    monkeypatch: pytest.MonkeyPatch, say: Callable[..., CommandResult]
 ) -> None:
     installed(monkeypatch, commands={"verify": f"{__name__}:stop"})
     answer = say("verify", "anything")
@@ -319,7 +323,9 @@ def test_a_plug_in_takes_the_place_of_no_command(
     assert (answer.status, answer.err) == (1, words)
 
 
-def test_a_command_without_help_is_listed(monkeypatch: pytest.MonkeyPatch, say: Callable[..., Said]) -> None:
+def test_a_command_without_help_is_listed(
+    monkeypatch: pytest.MonkeyPatch, say: Callable[..., CommandResult]
+) -> None:
     installed(monkeypatch, commands={"halt": "tests.test_plugins:stop"})
     assert "python -m pipeline halt" in say("--help").out
     assert say("halt").status == 3

@@ -116,7 +116,7 @@ def test_helpers_take_cores_that_are_spare_and_give_them_back(monkeypatch: pytes
         assert count() == 1, "what waits lends its core"
         assert pids() <= 2
         assert count() == 1
-        assert spare.acquire(False)  # somebody takes it
+        assert spare.acquire(False)  # another process takes it
     assert processes._Share.not_returned == 1
     spare.release()
     assert pids() == 1, "the core that comes back pays the debt"

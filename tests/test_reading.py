@@ -72,7 +72,7 @@ def test_a_missing_and_a_large_file_are_rejected_before_they_are_read(tmp_path: 
     with rejects("file_too_large", "a.csv", at_most=4):
         read_file(path, at_most=4)
     with path.open("wb") as file:
-        file.truncate(2**43)  # eight terabytes, of which none is on the disk
+        file.truncate(2**43)  # eight terabytes; the disk stores nothing of it
     with rejects("file_too_large", "a.csv", at_most=2**30):
         read_file(path)
 

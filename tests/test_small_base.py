@@ -35,7 +35,7 @@ class Environment:
     wheel: bool
 
     def run(self, cwd: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-        """What ``python ARGUMENTS`` printed."""
+        """Run ``python ARGUMENTS``; return its output."""
         return subprocess.run(
             [*self.command, *arguments],
             cwd=cwd,

@@ -36,7 +36,7 @@ def run(folder: Path) -> subprocess.CompletedProcess[str]:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """What the tutorial leaves behind."""
+    """Folder that the tutorial leaves behind."""
     output = tmp_path_factory.mktemp("tutorial")
     done = run(output)
     assert done.returncode == 0, done.stderr

@@ -16,7 +16,7 @@ refinement      a skeleton of 14 limbs over 300 frames, against SciPy's trust re
 articulated     a skeleton of 14 limbs from images to refined positions: stages, growth with F and K
 coverage_of_intervals   95 % intervals over people: how often they hold the true mean; no times
 gait_events     foot contacts and toe-offs by ankles against a laboratory's marks, ms; needs the recordings
-known_people    films of people of another laboratory, a few of whom are known, mm, no times; needs the recordings
+known_people    films of people of another laboratory, with a few people known, mm, no times; needs the recordings
 film_with_truth   a film to 3D, against optical joint centres, no times; needs KEYPOINTS_RECORDINGS
 keypoint_offsets   MediaPipe's joints against optical centres on one film, mm, no times; needs KEYPOINTS_RECORDINGS
 held_out_joints   joints of recorded people hidden and estimated: mm, no times; needs the recordings
@@ -25,7 +25,7 @@ whole           zhang2004 and zhang2007 at full scale: seconds of each stage, an
 
 Each is printed and written to results/bench/NAME.csv, with versions, machine and commit in NAME.json; `figures` and
 `growth` also as a picture.  Options go to the benchmarks that know them; nothing judges these numbers.  Times are CPU
-times of one thread unless a column says otherwise; the two sides of a ratio take turns, and the median of a few rounds
+times of one thread unless a column says otherwise; the two sides of a ratio alternate, and the median of a few rounds
 is given.
 """
 
@@ -111,7 +111,7 @@ def run(name: str, options: dict[str, str]) -> int:
     rows = module.run(**options)
     show(name, module.__doc__ or "", rows)
     write(RESULTS / f"{name}.csv", rows)
-    # A checkout's place is nobody else's business.
+    # The folder of the reference stays private.
     message = {option: value for option, value in options.items() if option != "reference"}
     about = {"benchmark": name, "options": message, "cores": os.cpu_count(), **provenance()}
     (RESULTS / f"{name}.json").write_text(json.dumps(about, indent=2) + "\n", encoding="utf-8")

@@ -65,7 +65,7 @@ def _stages(one: Shot, basis: TrajectoryBasis, *, limit_s: float) -> Row:
         )
 
     signs = seconds(0.0, False)
-    # Without certificates beside it: what they take depends on what else the machine does.
+    # No certificates run at the same time: their time depends on the load of the machine.
     refinement = max(seconds(0.0, True) - signs, 0.0)
     whole = seconds(limit_s, True) if limit_s > 0 else signs + refinement
     proofs = max(whole - signs - refinement, 0.0)

@@ -2,7 +2,7 @@
 
 Limbs are synthetic: 300 mm, 4 m from the camera, 30 frames per second, sure to be smooth but not to lie in the basis.
 SCIP takes part where pyscipopt is installed, in one thread, from nothing, on the first few limbs, by either of two
-ways of writing the programme, of which the better counts.  ``first``: our first signs, or SCIP's time to any that
+ways of writing the programme; the better counts.  ``first``: our first signs, or SCIP's time to any that
 cost no more than our best; ``proof``: everything, or the limit where there is no proof, and how many were proved.
 Wall times of one thread in milliseconds, medians over limbs.  ``bound_least`` is the worst lower bound over J.
 """
@@ -102,7 +102,7 @@ def limb(
 
 @dataclass(frozen=True)
 class Peer:
-    """What SCIP found: J of its signs as ours counts it, whether proved, and when."""
+    """Result of SCIP: J of its signs by our count, whether it was proved, and the time."""
 
     objective: float
     proved: bool
@@ -272,7 +272,7 @@ def _row(label: str, problems: list[tuple[np.ndarray, Limb]], limit_s: float, sc
 
 
 def _first_is_best(problems: list[tuple[np.ndarray, Limb]], found: list[BinarySolution]) -> int:
-    """How often the first signs were not improved by either search."""
+    """Return the number of limbs for which neither search improved the first signs."""
     programmes = [programme_of(basis, single.middle, single.half_chord) for basis, single in problems]
     firsts = [programme.objective(sign_search.search(programme)) for programme in programmes]
     return sum(first <= best.objective * (1 + 10 * GAP) for first, best in zip(firsts, found, strict=True))

@@ -15,7 +15,7 @@ PER_MEGABYTE = 2**20 if sys.platform == "darwin" else 2**10
 
 @dataclass(frozen=True)
 class Used:
-    """What a process took, with all the processes that it waited for.
+    """Time and memory of a process, with all the processes that it waited for.
 
     Attributes
     ----------

@@ -1,6 +1,6 @@
-"""How often the 95 % intervals of the ledger hold the true mean, by number of people and shape of their distribution.
+"""Share of the ledger's 95 % intervals that contain the true mean, by number of people and shape of distribution.
 
-No times: shares of so many samples, in percent, drawn from a fixed seed.  People are resampled as in the ledger;
+No times: shares of the samples, in percent, drawn from a fixed seed.  People are resampled as in the ledger;
 populations have Student's interval of their mean.
 """
 

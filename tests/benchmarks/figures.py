@@ -47,7 +47,7 @@ def run(
 
 
 def _made(checkout: Path, figure: str, options: list[str]) -> children.Used:
-    """What one figure takes of a checkout, without its recording."""
+    """Make one figure with a checkout, without its recording; return its time and memory."""
     # Before the code was cut by study, the options of figures were those of the report.
     group = "report" if (checkout / "conf" / "report").is_dir() else "figure"
     with tempfile.TemporaryDirectory() as folder:

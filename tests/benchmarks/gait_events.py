@@ -41,7 +41,7 @@ def run() -> list[Row]:
 
 
 def _late(path: Path) -> list[tuple[str, float, float]]:
-    """How long after the nearest turning point of its ankle each event comes, as a share of the cycle, and that, s."""
+    """Return the delay of each event after its ankle's nearest turning point, as a share of the cycle and in s."""
     data = path.read_bytes()
     parameters = read_parameters(data, read_header(data, path.name), path.name, [])
     times = np.array(parameters.numbers("EVENT:TIMES")).reshape(-1, 2) @ [60.0, 1.0]

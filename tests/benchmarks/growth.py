@@ -45,7 +45,7 @@ JOBS = {
 """Name of a job → what grows, and its sizes."""
 
 Work = tuple[Callable[[], object], float]
-"""What is timed, and how many times it is the whole."""
+"""Function that is timed, and how many times its work is the whole."""
 
 
 def run(jobs: str = "", sizes: str = "full") -> list[Row]:
@@ -98,7 +98,7 @@ def draw(rows: list[Row], stem: Path) -> None:
 
 
 def _figure(grows: str, size: int) -> children.Used:
-    """What figure 5 of zhang2007 takes, from nothing, with so many walkers or views."""
+    """Make figure 5 of zhang2007 without a store, with `size` walkers or views; return its time and memory."""
     option = (
         f"data.population={size}" if grows == "walkers" else f"sweep.view_angle_deg.step={180 / (size - 1):g}"
     )

@@ -1,4 +1,4 @@
-"""How far MediaPipe's joints are from optical joint centres, on the one film here that has both; nothing is timed.
+"""Distance of MediaPipe's joints from optical joint centres, on the one film that has both; nothing is timed.
 
 For each kind of joint, in the walker's frame (outwards of its side, forwards, up): the offset, mm, that both sides
 share, less the mean of all kinds (which no film tells from where the camera stands), with its standard error, and the

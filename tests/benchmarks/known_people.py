@@ -1,7 +1,7 @@
-"""Simulated films of people of a laboratory that the model does not know, of whom a few others are known in 3D.
+"""Simulated films of people of a laboratory that the model does not know, with a few other people known in 3D.
 
-For CMU and biomechZoo, by a model of everybody else: mean distance of the joints, mm, and root mean square error of the
-knees, degrees, mean over people and four views, with nobody, one and three other people known; beside them, without
+For CMU and biomechZoo, by a model of all other people: mean distance of the joints, mm, and root mean square error of
+the knees, degrees, mean over people and four views, with none, one and three other people known; and the same without
 the allowance for unfamiliar laboratories.  Needs MOCAP_MIRROR or `make data`; nothing is timed.
 """
 

@@ -27,13 +27,13 @@ def leave_one_out(samples: np.ndarray, components: int, folds: Iterable[int]) ->
 
 
 def projected(rows: np.ndarray, angle: float) -> np.ndarray:
-    """What is seen (150, …) of 225 numbers (225, …) from a view angle."""
+    """Return the visible numbers (150, …) of 225 numbers (225, …) from a view angle."""
     x, y, z = rows[0::3], rows[1::3], rows[2::3]
     return np.concatenate([np.cos(angle) * x + np.sin(angle) * y, z])
 
 
 def missing(rows: np.ndarray, angle: float) -> np.ndarray:
-    """What is not seen (75, …) of 225 numbers (225, …)."""
+    """Return the depths (75, …) of 225 numbers (225, …), which the view does not show."""
     return -np.sin(angle) * rows[0::3] + np.cos(angle) * rows[1::3]
 
 

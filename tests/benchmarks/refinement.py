@@ -35,7 +35,7 @@ SAME = 1e-4
 
 @dataclass(frozen=True)
 class Clip:
-    """What one side and the other are given."""
+    """Input of both sides of the comparison."""
 
     images: np.ndarray
     camera: Pinhole
@@ -135,20 +135,20 @@ def run() -> list[Row]:
     """One row against differences, and rows against SciPy with our Jacobian."""
     rows = []
     for components, analytic in ((20, False), (20, True), (40, True)):
-        one = clip(FRAMES, components)
-        result, theirs = one.ours(), peer(one, analytic=analytic).swapaxes(0, 1)
+        problem = clip(FRAMES, components)
+        result, theirs = problem.ours(), peer(problem, analytic=analytic).swapaxes(0, 1)
         if not result.converged:
             raise SystemExit(f"{components} components: ours has not converged")
         agreement = relative_difference(result.positions[:, 1:], theirs, at_most=SAME)
-        seconds = min(cpu_seconds(one.ours) for _ in range(ROUNDS))
+        seconds = min(cpu_seconds(problem.ours) for _ in range(ROUNDS))
         far = clip(FRAMES, components, away=FAR)
         steps, longer = far.ours().n_iterations, cpu_seconds(far.ours)
         rows.append(
             in_turns(
                 f"14 limbs, {FRAMES} frames, {components} components",
                 "scipy, our Jacobian" if analytic else "scipy, 2-point differences",
-                one.ours,
-                lambda one=one, analytic=analytic: peer(one, analytic=analytic),
+                problem.ours,
+                lambda problem=problem, analytic=analytic: peer(problem, analytic=analytic),
                 rounds=ROUNDS if analytic else 1,
                 agreement=agreement,
                 note=f"ours {seconds:.2g} s, {result.n_iterations} steps; from afar {longer:.2g} s, {steps} steps",

@@ -1,4 +1,4 @@
-"""What a test named after a sentence asks the ledger."""
+"""Assertion that claims hold, for tests that are named after a sentence of a paper."""
 
 from __future__ import annotations
 

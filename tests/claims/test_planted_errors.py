@@ -105,7 +105,7 @@ GOOD_AGREEMENT = (Agreement.AGREES, Agreement.MET)
 
 
 def lost(clean: Answers, planted: Answers) -> list[str]:
-    """Claims of which one of the two answers was good, and is not; undecided they may be by chance, of few people."""
+    """Return the claims that lost one of their two good answers; a few people may leave a claim undecided by chance."""
     return [
         name
         for name, (agreement, beyond, _) in clean.items()
@@ -212,7 +212,7 @@ def cosines(fewer: Callable[[int], int]) -> Callable[..., Any]:
 
 
 def some(data: FourierSamples, share: int) -> np.ndarray:
-    """The walkers (R,) bool in whom an error of the input is: every `share`-th."""
+    """Return the walkers (R,) bool that have an error of the input: every `share`-th."""
     return np.arange(len(data.clip)) % share == share - 1
 
 
@@ -335,7 +335,7 @@ PLANTS: dict[str, tuple[tuple[str, ...], tuple[Any, str, Any]]] = {
     "heading with sd 5°": of_walkers(heading_spread),
     "residual dropped from the truth": of_walkers(residual_dropped),
 }
-"""Figures that look at each, and what is put in the place of which function."""
+"""Figures that each error affects, the function that it replaces, and the replacement."""
 
 
 @contextmanager

@@ -47,7 +47,7 @@ def run(*arguments: str, **environment: str) -> CompletedProcess[str]:
 
 
 def leftovers(folder: Path) -> list[str]:
-    """What a run must not leave behind."""
+    """Return the temporary files that a run must not leave behind."""
     return [
         str(path.relative_to(folder))
         for path in folder.rglob("*")
@@ -55,12 +55,12 @@ def leftovers(folder: Path) -> list[str]:
     ]
 
 
-def assert_one_sentence(said: str, *words: str) -> None:
-    """What was said is a line of words for a person."""
-    assert "Traceback" not in said
-    assert "HYDRA_FULL_ERROR" not in said
-    assert len(said.strip().splitlines()) == 1, said
-    assert [word for word in words if word not in said] == [], said
+def assert_one_sentence(message: str, *words: str) -> None:
+    """Assert that a message is one line for a person, with these words."""
+    assert "Traceback" not in message
+    assert "HYDRA_FULL_ERROR" not in message
+    assert len(message.strip().splitlines()) == 1, message
+    assert [word for word in words if word not in message] == [], message
 
 
 # --- help and commands ------------------------------------------------------------------------------------
@@ -598,7 +598,7 @@ def test_a_file_that_may_not_be_read_is_named(
 
 
 def test_a_person_is_what_the_expression_finds(say: Callable, walks: Path, tmp_path: Path) -> None:
-    """A group that takes no part names nobody: then each file is a person."""
+    """A group without a match gives no name: then each file is a person."""
     message = say(*of_folder(walks, tmp_path / "results", "data.person='(anna)?(bela)?'"))
     assert message.status == 0
     people = {row["person"] for row in ingest_report(tmp_path / "results").values()}
@@ -984,7 +984,7 @@ def test_what_a_data_set_has_nothing_for_is_left_out_and_said(
 
 
 def has_launcher(name: str) -> bool:
-    """Whether the extra that brings this launcher is installed."""
+    """Return whether the extra that brings this launcher is installed."""
     names = ("hydra_plugins", f"hydra_plugins.hydra_{name}_launcher")
     return all(map(importlib.util.find_spec, names))
 

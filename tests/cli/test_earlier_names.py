@@ -219,8 +219,8 @@ COLUMNS = EarlierNames(
 
 @pytest.mark.parametrize(("off", "agrees"), [(1.0, True), (1.01, False)])
 def test_renamed_columns_are_compared_by_todays_names(tmp_path: Path, off: float, agrees: bool) -> None:
-    old = {"error": [20.0, 30.0], "left": [1.0, 2.0], "why": ["as it was", "said"]}
-    new = {"error_mm": [20.0, 30.0 * off], "right": [3.0, 4.0], "why": ["as it", "is said"]}
+    old = {"error": [20.0, 30.0], "left": [1.0, 2.0], "why": ["as it was", "written"]}
+    new = {"error_mm": [20.0, 30.0 * off], "right": [3.0, 4.0], "why": ["as it", "is written"]}
     for folder, table in (("kept", old), ("made", new)):
         (tmp_path / folder / FIG5).mkdir(parents=True)
         tables.write(tmp_path / folder / FIG5 / "table.csv", table)

@@ -1,4 +1,4 @@
-"""How the command line ends where output cannot be written, at Ctrl-C, and with texts that would upset a terminal."""
+"""Ends of the command line: output that cannot be written, Ctrl-C, and texts that would upset a terminal."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def test_a_closed_output_ends_in_a_sentence() -> None:
 
 
 def test_a_reader_who_leaves_is_told_in_a_sentence() -> None:
-    """A pipe that nobody reads any more."""
+    """A pipe whose reader has closed it."""
     process = subprocess.Popen(
         [sys.executable, "-m", "pipeline", "equations"],
         cwd=ROOT,

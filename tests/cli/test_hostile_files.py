@@ -103,14 +103,14 @@ def test_a_command_says_what_is_wrong_with_a_manifest(
     spoil(folder)
     options = ["scale=smoke", f"results={tmp_path}"]
 
-    def said(*arguments: str) -> str:
+    def output_of(*arguments: str) -> str:
         main([*arguments, *options])
         return " ".join("".join(capsys.readouterr()).split())
 
-    assert f"{FIGURE} missing" in said("status", f"experiment={FIGURE}")
+    assert f"{FIGURE} missing" in output_of("status", f"experiment={FIGURE}")
     if way != "without options":
         for command in ("report", "claims"):
-            assert said(command).endswith(complaint)
+            assert output_of(command).endswith(complaint)
     document.write_page(folder.parent, [FIGURE, "zhang2007_fig2"])
     page = html.unescape((folder.parent / "index.html").read_text("utf-8"))
     assert f"unfinished or damaged: {MANIFEST}" in page

@@ -26,7 +26,7 @@ from pipeline.ingestion.data import RecordedData
 from pipeline.processes import CAN_FORK
 from pipeline.storage import provenance
 from pipeline.storage.store import Store
-from tests.conftest import QUICK, Said
+from tests.conftest import QUICK, CommandResult
 from tests.processes import ROOT
 from tests.report.planted import CLAIM, plant
 from tests.walk3d.film.reconstruct.walks import ERROR, alphapose, in_layout
@@ -47,7 +47,7 @@ class Case:
 
 
 def one_figure(patch: pytest.MonkeyPatch) -> None:
-    """Of all presets let there be the one whose folder there is: composing the others takes longest."""
+    """Leave one preset, whose folder exists: composing the others takes longest."""
     patch.setattr("pipeline.cli.compose.built_figures", lambda: ["zhang2007_fig5"])
 
 
@@ -169,7 +169,7 @@ def contents(folder: Path) -> dict[str, bytes]:
     }
 
 
-def call(case: Case, folder: Path, given: Path, say: Callable[..., Said]) -> Said:
+def call(case: Case, folder: Path, given: Path, say: Callable[..., CommandResult]) -> CommandResult:
     arguments = case.arguments(folder, given)
     return say(*[item.replace("run=RUN", f"run={folder}/synthetic/full") for item in arguments])
 
@@ -307,13 +307,13 @@ def test_a_model_is_whole_wherever_its_training_is_killed(failing: int, tmp_path
 
 WRITES = {
     "figures": "publication", "status": "", "fetch": "recordings", "reconstruct": "publication", "model": "publication",
-    "report": "beside figures", "claims": "beside figures", "sensitivity": "beside figures", "equations": "",
+    "report": "page", "claims": "page", "sensitivity": "page", "equations": "",
     "readme": "this clone", "view": "", "archive": "archive", "verify": "", "inspect": "file", "export": "file",
     "pointlight": "file",
 }  # fmt: skip
-"""How each command writes, empty if it writes nothing; no file of others is ever replaced.
+"""Kind of output of each command, empty if it writes nothing; no file of others is ever replaced.
 
-A *publication* is a folder that is replaced as a whole if it is ours; *files* are new, unless ``replace=true``; *beside
-figures* stand tables and pages, which replace none but their like; *recordings* are those of a list, by digest; an
+A *publication* is a folder that is replaced as a whole if it is ours; *files* are new, unless ``replace=true``; a
+*page* is a table or page next to figures, which replaces only its like; *recordings* are those of a list, by digest; an
 *archive* only grows; *this clone* are the tables and pictures of the README.
 """

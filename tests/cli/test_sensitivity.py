@@ -34,10 +34,10 @@ def test_every_switch_changes_an_option_of_its_figures(name: str) -> None:
             if switch.name in observed:
                 continue
             observed.add(switch.name)
-            given = (f"experiment={switch.figures[-1]}", f"data={data_name}", *switch.common)
-            experiment = compose([*given, *switch.overrides])
+            options = (f"experiment={switch.figures[-1]}", f"data={data_name}", *switch.common)
+            experiment = compose([*options, *switch.overrides])
             experiment.sweep.validate()
-            assert experiment != plain(*given), switch.name
+            assert experiment != plain(*options), switch.name
 
 
 def verdict(name: str, value: float, agreement: Agreement) -> Verdict:

@@ -172,13 +172,13 @@ def test_an_interrupt_that_is_lost_comes_again(tmp_path: Path) -> None:
         assert process.stdout.readline() == "here\n"
         process.send_signal(signal.SIGTERM)
         out, _ = process.communicate()
-        assert "tidied" in out, "it was told again, and not killed"
+        assert "tidied" in out, "it received the signal again, and was not killed"
     assert process.returncode == 130
     assert list(tmp_path.rglob(".*")) == []
 
 
 def none_is_left(group: int) -> bool:
-    """Whether every process of a group has ended."""
+    """Return whether every process of a group has ended."""
     try:
         os.killpg(group, 0)
     except ProcessLookupError:
@@ -188,7 +188,7 @@ def none_is_left(group: int) -> bool:
 
 @needs_fork
 @pytest.mark.parametrize(
-    ("number", "whom"),
+    ("number", "send"),
     [
         (signal.SIGINT, os.killpg),  # as a terminal does
         (signal.SIGINT, os.kill),
@@ -198,7 +198,7 @@ def none_is_left(group: int) -> bool:
     ],
 )
 def test_a_signal_ends_all_processes_and_the_next_run_goes_on(
-    say: Callable, tmp_path: Path, number: int, whom: Callable
+    say: Callable, tmp_path: Path, number: int, send: Callable
 ) -> None:
     arguments = [
         "figures", "experiment=zhang2007_fig2,zhang2007_fig5", *QUICK, f"results={tmp_path}", "workers=2"
@@ -208,7 +208,7 @@ def test_a_signal_ends_all_processes_and_the_next_run_goes_on(
         first, second = sorted(process.stdout.readline() for _ in range(2))
         assert first.startswith("1/2 zhang2007_fig2: "), "a line as soon as a figure is finished"
         assert second == "here\n"
-        whom(process.pid, number)
+        send(process.pid, number)
         _, err = process.communicate()
         if number == signal.SIGKILL:
             while not none_is_left(process.pid):
@@ -281,7 +281,7 @@ def test_on_a_terminal_one_display_names_what_runs_and_what_is_left() -> None:
 
 @needs_fork
 def test_each_figure_has_a_process_of_its_own_and_hands_on_the_cores_that_it_owes(tmp_path: Path) -> None:
-    """The first lends its core, and somebody has it; the second, in its place, pays with the one that is spare."""
+    """The first lends its core, which another process takes; the second then pays with the spare core."""
 
     def make(experiment: Any, folder: Path, at: Callable[[str], None]) -> Failure:
         before = processes.cores_not_returned()

@@ -1,4 +1,4 @@
-"""What would be made again is found without making it."""
+"""The figures that would be made again are listed without making them."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def test_it_says_that_the_figures_own_code_changed(results: Path, monkeypatch: p
 
 @pytest.fixture
 def edited_readers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """A copy of the sources, of which keys are made, with a constant more in every reader, mapping and fetcher."""
+    """A copy of the sources with one more constant in every reader, mapping and fetcher; keys depend on the copy."""
     copy = tmp_path / "pipeline"
     shutil.copytree(plugins.PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
     for folder in ("formats", "mappings", "fetch"):

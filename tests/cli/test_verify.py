@@ -16,7 +16,7 @@ from pipeline.storage.sealed_folders import canonical, digest
 from tests.rejects import rejects
 from tests.report.planted import CLAIM, plant, view_errors
 
-asked: list[Any] = []
+repeated: list[Any] = []
 """The experiments that were made again last."""
 FIGURES = ["zhang2007_fig5", "mozerov2006_fig1"]
 
@@ -39,12 +39,12 @@ def archived(tmp_path: Path) -> Path:
 def making(monkeypatch: pytest.MonkeyPatch, off: float) -> list[str]:
     """Plant, instead of making a figure, one whose errors are off by a factor; return the names, once made."""
     names: list[str] = []
-    asked.clear()
+    repeated.clear()
 
     def make(jobs: Sequence[tuple[Any, Path]], *, console: Any) -> list[str]:
         for experiment, folder in jobs:
             names.append(f"{experiment.name} {experiment.data.name} {experiment.scale.name}")
-            asked.append(experiment)
+            repeated.append(experiment)
             errors = [value * off for value in view_errors()["absolute_error_mm2"]]
             plant(folder, table=view_errors() | {"absolute_error_mm2": errors}, claims=CLAIM)
         return []
@@ -61,7 +61,7 @@ def test_figures_are_made_again_and_agree(
     assert sorted(names) == ["mozerov2006_fig1 synthetic full", "zhang2007_fig5 synthetic full"]
     message = capsys.readouterr().out
     assert "every file is unchanged" in message
-    assert {(first.seed, first.data.walkers, first.figure.picture) for first in asked} == {(5, 7, False)}
+    assert {(first.seed, first.data.walkers, first.figure.picture) for first in repeated} == {(5, 7, False)}
     assert message.count("tables agree") == 2
     assert "made by commit ffffffffffff, computed again by" in message
 

@@ -105,7 +105,7 @@ def test_estimated_and_dropped_joints_have_no_errors(folder: Path, missing: Miss
         [True] * 4 if missing is Missing.drop else [True, False, False, False]
     )
     assert joints.drop("head").notna().all()
-    if missing is Missing.drop:  # nothing at all is made of it
+    if missing is Missing.drop:  # no sample comes from it
         assert not samples.coefficients[:, :, 0].any()
         np.testing.assert_allclose(result.missing[..., 0], 0.0, atol=1e-9)
 

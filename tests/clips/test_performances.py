@@ -1,4 +1,4 @@
-"""Performances of one action: what is cut, what is refused and why."""
+"""Performances of one action: the cuts, the rejected recordings and the reasons."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def test_a_clip_is_a_performance_unless_joints_are_missing_in_its_middle(bends: 
     assert "frame 30" in rows["a_2.trc"]["reason"]
     assert rows["b_3.trc"]["first_frame"] == 20
     assert list(output.clip) == ["a_0.trc", "b_1.trc", "b_3.trc"]
-    assert output.phase is None, "nobody knows the true course of a recording"
+    assert output.phase is None, "the true course of a recording is unknown"
 
 
 def test_a_clip_without_time_for_key_frames_is_refused() -> None:

@@ -1,4 +1,4 @@
-"""Steady walks: of the embedded population, and out of recordings that are refused with a reason or kept."""
+"""Steady walks: of the embedded population, and of recordings that are kept or rejected with a reason."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def test_the_same_points_under_two_names_are_refused_naming_both(tmp_path: Path)
 
 
 def with_noise(joint: str, noise_mm: float) -> np.ndarray:
-    """A walk (T, 15, 3) at 60 Hz, one joint of which was tracked badly."""
+    """Return a walk (T, 15, 3) at 60 Hz with one badly tracked joint."""
     output = walking_population(
         np.random.default_rng(2), male=1, female=0, duration_s=5.0, frame_rate_hz=60.0
     )

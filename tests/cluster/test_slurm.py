@@ -118,7 +118,7 @@ def test_a_node_dies_a_job_is_lost_and_the_tables_are_the_same_bytes(
     assert driver.returncode == 0, (out, err)
     assert tables(results) == undisturbed
     assert list(results.glob("synthetic/smoke/jobs/sweep_*")), "a shared sweep is among them"
-    shutil.rmtree(results / "synthetic" / "smoke" / "jobs")  # the only folder there that is no figure
+    shutil.rmtree(results / "synthetic" / "smoke" / "jobs")  # the only folder that is not a figure's
     require_whole(results)
     require_tidy(results)
     subprocess.run(["slurmd", "-N", "n2"], check=True, timeout=WAIT_S)
@@ -132,7 +132,7 @@ def down_nodes() -> list[str]:
 
 
 def interrupted(results: Path, *more: str) -> tuple[str, str, int]:
-    """Ctrl-C on the command that submits, when a job runs: what was said, and the status."""
+    """Interrupt the submitting command when a job runs; return its output, its errors and its exit status."""
     with started([sys.executable, *SMOKE, *SLURM, f"results={results}", *more]) as driver:
         wait_for("a job runs", running, driver)
         driver.send_signal(signal.SIGINT)

@@ -1,4 +1,4 @@
-"""How 3D becomes 2D, and back [zhang2007 3.4, 3.5, 3.16, B.2, B.3] [zhang2004 4, 5, 10]."""
+"""Projection from 3D to 2D, and back [zhang2007 3.4, 3.5, 3.16, B.2, B.3] [zhang2004 4, 5, 10]."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How wrong a reconstruction is [zhang2007 4.1-4.4] [zhang2004 11, 12, 13]."""
+"""Errors of a reconstruction [zhang2007 4.1-4.4] [zhang2004 11, 12, 13]."""
 
 from __future__ import annotations
 

@@ -166,6 +166,6 @@ def test_the_basis_alone_finds_what_moving_rays_determine_and_no_more(seed: int)
     turning = rng.normal(size=(frames, 3))
     turning /= np.linalg.norm(turning, axis=1, keepdims=True)
     np.testing.assert_allclose(basis.on_rays(theta, truth + 7.0 * turning, turning), truth, atol=1e-8)
-    # Parallel rays say nothing of the depth: of all trajectories on them the one of least norm has none.
+    # Parallel rays do not determine the depth: the trajectory of least norm on them has depth 0.
     ahead = np.broadcast_to([0.0, 0.0, 1.0], (frames, 3))
     np.testing.assert_allclose(basis.on_rays(theta, truth, ahead), truth * [1.0, 1.0, 0.0], atol=1e-8)

@@ -53,7 +53,7 @@ def overground(
     backwards: bool = False,
     excursion: float = 1.0,
 ) -> Clip:
-    """Somebody who stands, sets off along a curve, may stop for a while on the way, walks on, and stands.
+    """Return a person who stands, sets off along a curve, may stop for a while on the way, walks on, and stands.
 
     The legs' phase and excursion follow the speed, so that who stands has both feet together.
     """

@@ -15,7 +15,7 @@ from pipeline.skeleton.source_mapping import SourceMapping
 ROOT = Path(__file__).parents[2]
 FIXTURES = ROOT / "tests" / "fixtures"
 READABLE = sorted(p for p in FIXTURES.iterdir() if p.suffix in READERS)
-"""Files that are read without complaint; the skeleton of the AMC file is beside it."""
+"""Files that are read without complaint; the skeleton of the AMC file is in the same folder."""
 
 
 def check_contract(motion: MotionCapture) -> None:

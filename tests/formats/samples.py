@@ -30,7 +30,7 @@ Damage = Callable[[bytes, np.random.Generator], bytes]
 
 @dataclass(frozen=True)
 class Sample:
-    """A correct file: the bytes of it and of what lies beside it, which of them is damaged, and what reads it."""
+    """A correct file: its bytes and those of its neighbours, the one that is damaged, and the reader."""
 
     name: str
     files: dict[str, bytes]
@@ -254,7 +254,7 @@ def _keypoints() -> list[Sample]:
 
 
 def _sealed(manifest: bytes, data: bytes) -> bytes:
-    """Return a manifest of the model with the digest of its arrays and a right seal; one that is no JSON as it is."""
+    """Return a manifest of the model with the digest of its arrays and a right seal; return invalid JSON unchanged."""
     with suppress(ValueError, TypeError):
         facts = json.loads(manifest)
         digest = hashlib.sha256(data).hexdigest()

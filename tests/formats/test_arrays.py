@@ -1,4 +1,4 @@
-"""NPZ files: what is exported is read, what is anything else is refused, and nothing is run or unpacked without end."""
+"""NPZ files: exported files are read, other content is rejected, and nothing is run or unpacked without end."""
 
 from __future__ import annotations
 

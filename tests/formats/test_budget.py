@@ -1,4 +1,4 @@
-"""Files that would ask for far more memory or time than their size: the clip is refused before it is taken."""
+"""Files that would ask for far more memory or time than their size: they are rejected before that memory is taken."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def bone(k: int) -> str:
 def refused(
     path: Path, code: str, where: str = "", read: Callable[[Path], object] = formats.read, **values: object
 ) -> None:
-    """Fail unless a file is refused with this code, and within the budget that its size gives it."""
+    """Fail unless a file is rejected with this code, and within the budget that its size gives it."""
     size = sum(file.stat().st_size for file in (path.iterdir() if path.is_dir() else [path]))
     tracemalloc.start()
     try:
@@ -123,7 +123,7 @@ def test_an_array_is_measured_by_its_header(shape: tuple[int, ...], tmp_path: Pa
     path = tmp_path / "a.npz"
     archive(path, names=("<U1", (2,)), positions_mm=("<f8", shape))
     refused(path, "too_much_memory", "a.npz, array positions_mm")
-    archive(path, names=("<U0", (10**12,)), positions_mm=("<f8", (1, 2, 3)))  # so many names of no characters
+    archive(path, names=("<U0", (10**12,)), positions_mm=("<f8", (1, 2, 3)))  # 10¹² empty names
     refused(path, "too_much_memory", "a.npz, array names")
     head = io.BytesIO()
     np.lib.format.write_array_header_1_0(head, {"descr": "<f8", "fortran_order": False, "shape": shape})
@@ -141,8 +141,8 @@ def test_an_archive_is_not_unpacked_beyond_its_budget(tmp_path: Path) -> None:
     ("read", "suffix"),
     [
         (read, suffix)
-        for read, of in ((formats.read, formats.READERS), (keypoints.read, keypoints.READERS))
-        for suffix in of
+        for read, readers in ((formats.read, formats.READERS), (keypoints.read, keypoints.READERS))
+        for suffix in readers
     ],
 )
 def test_a_file_of_three_gigabytes_is_not_read(

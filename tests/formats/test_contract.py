@@ -1,4 +1,4 @@
-"""One contract for every reader: what is read, what is refused, and how the refusal is worded."""
+"""One contract for every reader: accepted files, rejected files, and the words of the errors."""
 
 from __future__ import annotations
 

@@ -70,7 +70,9 @@ def test_the_walk_that_is_read_is_the_series(name: str) -> None:
     times = np.arange(len(motion.valid)) / motion.frame_rate_hz
     series = fourier.synthesise(coefficients(MEAN), 120.0 / MEAN[0, -1], times)
     np.testing.assert_allclose(motion.positions_mm, series, atol=1e-6)
-    assert times[-1] * 120.0 / MEAN[0, -1] > 10, "so many strides that little of a fitted path is the walk's"
+    assert times[-1] * 120.0 / MEAN[0, -1] > 10, (
+        "with more than ten strides little of a fitted path is the walk's"
+    )
 
 
 @pytest.mark.parametrize("name", made_up_walker.MADE)

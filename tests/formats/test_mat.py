@@ -1,4 +1,4 @@
-"""MAT files: trials of Qualisys Track Manager are read, what is anything else is refused in a sentence."""
+"""MAT files: trials of Qualisys Track Manager are read, other content is rejected in a sentence."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ DATA = np.arange(1.0, 17.0).reshape(2, 4, 2)
 
 
 def trial(data: np.ndarray = DATA, **others: Any) -> dict[str, Any]:
-    """What QTM exports: cells of labels, x, y, z and residual of each by frame, structs of force plates beside them."""
+    """Return an export of QTM: cells of labels; x, y, z and residual of each by frame; structs of force plates."""
     labels, force = (
         np.empty((1, 2), object),
         np.zeros((1, 2), dtype=[("ForcePlateName", object), ("Force", object)]),

@@ -85,7 +85,7 @@ def test_the_mappings_are_symmetric_and_complete(name: str) -> None:
         return point if point in ("CLAV", "C7", "PELO", "HEDO", "SACR") else swap[point[0]] + point[1:]
 
     def ways(rules: Mapping[str, Any], joint: str) -> list[dict[str, float]]:
-        """The ways to a joint in their order, one of which may stand alone."""
+        """Return the ways to a joint in their order; a single way need not be in a list."""
         result = rules.get(joint, [])
         return [result] if isinstance(result, dict) else list(result)
 

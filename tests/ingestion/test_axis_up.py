@@ -18,7 +18,7 @@ from pipeline.ingestion.joints import joints_of
 from pipeline.skeleton import WALKER15
 from pipeline.skeleton.source_mapping import UpAxis
 from pipeline.synthetic.walkers import walking_population
-from tests.conftest import Said
+from tests.conftest import CommandResult
 from tests.rejects import rejects
 from walk3d.export import bvh as writing
 from walk3d.export.command import export
@@ -131,7 +131,7 @@ def test_inspect_says_which_axis_is_used_and_takes_another(person: np.ndarray, t
 
 
 def test_a_point_light_walker_takes_the_axis(
-    person: np.ndarray, tmp_path: Path, say: Callable[..., Said]
+    person: np.ndarray, tmp_path: Path, say: Callable[..., CommandResult]
 ) -> None:
     source = str(cmu_bvh(tmp_path / "a.bvh", person, 1))
     heights = []
@@ -164,7 +164,7 @@ def test_the_axis_of_a_folder_is_a_closed_choice_that_ingest_takes(
             request.make()
 
 
-def test_another_word_for_an_axis_is_refused_with_the_choices(say: Callable[..., Said]) -> None:
+def test_another_word_for_an_axis_is_refused_with_the_choices(say: Callable[..., CommandResult]) -> None:
     message = say("experiment=zhang2007_fig5", "data=folder", "data.up=w")
     assert message.status == 1
     assert "data.up" in message.err

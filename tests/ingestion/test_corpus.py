@@ -33,7 +33,7 @@ FILES = {
 
 @pytest.fixture
 def listing(tmp_path: Path) -> Listing:
-    """The table of `FILES`, none of which is there yet."""
+    """The table of `FILES` before any of them exists."""
     contents = {name: (FIXTURES / fixture).read_bytes() for name, fixture in FILES.items()}
     table = write_table(tmp_path / "sources.csv", contents)
     return Listing(table, tmp_path / "raw", [tmp_path / "mirror"], {"walker15": OWN_JOINTS})
@@ -171,7 +171,7 @@ def test_people_take_turns_until_the_limit(people: list[str], limit: int) -> Non
     counts = [sum(c.person == who for c in chosen) for who in set(people)]
     have = [people.count(who) for who in set(people)]
     for mine, all_mine in zip(counts, have, strict=True):
-        assert mine == all_mine or mine >= max(counts) - 1, "nobody waits while another goes twice"
+        assert mine == all_mine or mine >= max(counts) - 1, "no person waits while another has two more"
 
 
 @given(PEOPLE, st.integers(0, 4))

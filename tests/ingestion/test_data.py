@@ -20,7 +20,7 @@ HERE = ("second", "first")
 
 @pytest.fixture
 def listed(tmp_path: Path) -> RecordedData:
-    """Four recordings that are listed, two of which are on this machine."""
+    """Four listed recordings; two of them are on this machine."""
     names = [f"{trial}.trc" for trial in ("gone_b", "second", "gone_a", "first")]
     (tmp_path / "raw").mkdir()
     for trial in HERE:

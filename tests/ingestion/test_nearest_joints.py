@@ -23,7 +23,7 @@ LIMBS = [joint for joint in WALKER15.joints if "_" in joint]
 
 @pytest.fixture(scope="module")
 def people() -> np.ndarray:
-    """Walks that the average walker was not made of, (4, T, 15, 3), mm."""
+    """Walks that are not part of the average walker, (4, T, 15, 3), mm."""
     output = walkers.walking_population(
         np.random.default_rng(5), male=2, female=2, duration_s=3.0, frame_rate_hz=HZ
     )

@@ -1,4 +1,4 @@
-"""Walks of technical clusters get their knees and ankles from a standing trial; without one, nobody guesses them."""
+"""Walks of technical clusters get their knees and ankles from a standing trial; without one they are missing."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def test_knees_and_ankles_are_where_the_missing_markers_would_have_shown_them(
 
 
 def test_a_marker_that_is_lost_part_of_the_time_takes_no_part_then() -> None:
-    """Of four markers three do; of three there is no motion, and no sample."""
+    """Three of four markers are enough; two of three give no motion, and no sample."""
     walk, static = trials()
     fourth = {side: f"{side}.Thigh.Back" for side in "LR"}
     for points in (walk, static):
@@ -92,13 +92,13 @@ def test_a_marker_that_was_stuck_elsewhere_leaves_the_cluster() -> None:
 
 
 def test_nothing_is_carried_by_what_is_no_part_of_its_segment() -> None:
-    """Elbows hang beside the thighs, toes are near the ankles, the hips' markers near clusters of the thighs."""
+    """Elbows hang next to the thighs, toes are near the ankles, the hips' markers near clusters of the thighs."""
     walk, static = trials()
     gone = ["R.Elbow", "L.Elbow", "R.Wrist.Lat", "Sternum", "R.Toe.Tip", "L.Toe.Tip", "R.ASIS"]
     posture = recorded({name: position[:1] for name, position in static.items()})
     carried = joints.carry(recorded(without(walk, [*ANATOMICAL, *gone])), posture, "static.trc", KNOWN)
     assert not set(gone) & set(carried.names)
-    # Three markers of a side of the pelvis are rigid, too, and beside no segment of the leg.
+    # Three markers of a side of the pelvis are rigid, too, but not near a segment of the leg.
     for points in (walk, static):
         for side, sign in (("R", 1.0), ("L", -1.0)):
             across = (points["R.ASIS"] - points["L.ASIS"]) * 0.2 * sign
@@ -139,7 +139,7 @@ def test_statics_are_told_by_name_by_folder_or_tried() -> None:
 
 
 def test_a_folder_of_one_static_and_two_walks_a_person_loads(tmp_path: Path) -> None:
-    """One static is found by its name, one because nobody moves in it, one because it stands alone in the folder."""
+    """One static is found by its name, one by its lack of motion, one because it stands alone in the folder."""
     statics = {"anna": "anna_cal.trc", "ben": "ben_3.trc", "carl": "static.trc"}
     for seed, (who, name) in enumerate(statics.items()):
         walk, static = trials(seed, noise_mm=0.4)

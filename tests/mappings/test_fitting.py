@@ -23,7 +23,7 @@ SIDE = [0, 0, -180, -250, -270, 180, 250, 270, 0, -90, -90, -90, 90, 90, 90]
 
 
 def body(names: dict[str, str]) -> MotionCapture:
-    """Somebody upright, whose points are joints under other names."""
+    """Return an upright person, whose points are joints under other names."""
     joints = [WALKER15.index(joint) for joint in names]
     positions = np.array([[SIDE[j], 0.0, HEIGHT[j]] for j in joints])[None].repeat(5, axis=0)
     valid = np.ones(positions.shape[:2], dtype=bool)

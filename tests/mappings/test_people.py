@@ -1,4 +1,4 @@
-"""Several people in one recording: told apart by names, one of them chosen, the others refused in one sentence."""
+"""Several people in one recording: distinguished by names, one of them chosen, other cases rejected in a sentence."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ BOTH = np.concatenate([FIRST, SECOND], axis=1)
 
 
 def two(named: Callable[[str, str], str], who: Sequence[str] = ("anna", "ben")) -> MotionCapture:
-    """Two people standing beside each other, their points named by the function."""
+    """Return two people standing next to each other, their points named by the function."""
     return recording(tuple(named(first, joint) for first in who for joint in JOINTS), BOTH)
 
 
@@ -151,7 +151,7 @@ def test_files_of_two_people(name: str, tmp_path: Path) -> None:
 
 
 def xsens(who: Sequence[str]) -> str:
-    """An MVNX file of two subjects, of whom legs and two vertebrae are there."""
+    """Return an MVNX file of two subjects with legs and two vertebrae."""
     segments = {
         "LeftUpperLeg": 9, "LeftLowerLeg": 10, "LeftFoot": 11, "RightUpperLeg": 12, "RightLowerLeg": 13,
         "RightFoot": 14, "Pelvis": 8, "L5": 8, "T8": 1,

@@ -41,19 +41,19 @@ def named(names: list[str]) -> MotionCapture:
     )
 
 
-def told(names: list[str], **rules: Rule) -> list[tuple[str, tuple[str, ...]]]:
-    """Codes of complaints and the joints that they name, of legs by trochanters unless a rule says otherwise."""
+def codes_and_joints(names: list[str], **rules: Rule) -> list[tuple[str, tuple[str, ...]]]:
+    """Return codes of complaints and the joints that they name; legs are by trochanters unless a rule differs."""
     mapping = SourceMapping(name="lab", joints=LEGS | rules)
     return [(complaint.code, complaint.where) for complaint in mappings.check(named(names), mapping)]
 
 
 def test_legs_by_the_same_rule_on_both_sides_are_right() -> None:
-    assert told(XSENS) == []
+    assert codes_and_joints(XSENS) == []
     middle: dict[str, Rule] = {
         f"{side}_knee": {f"p{side.title()}Knee{at}Epicondyle": 0.5 for at in ("Lat", "Med")}
         for side in ("left", "right")
     }
-    assert told(XSENS, **middle) == []
+    assert codes_and_joints(XSENS, **middle) == []
 
 
 @pytest.mark.parametrize(
@@ -96,14 +96,14 @@ def test_legs_by_the_same_rule_on_both_sides_are_right() -> None:
 def test_rules_that_no_person_fits_are_named(
     rules: dict[str, Rule], complaints: list[tuple[str, tuple[str, ...]]]
 ) -> None:
-    assert told(XSENS, **rules) == complaints
+    assert codes_and_joints(XSENS, **rules) == complaints
 
 
 def test_a_marker_of_the_pelvis_is_a_hip_where_no_regression_is_possible() -> None:
     without = [name for name in XSENS if name != "pSacrum"]
     asis: dict[str, Rule] = {"left_hip": {"pLeftASI": 1.0}, "right_hip": {"pRightASI": 1.0}}
-    assert told(without, **asis) == []
-    assert told([*without, "pLeftPSI", "pRightPSI"], **asis) != []
+    assert codes_and_joints(without, **asis) == []
+    assert codes_and_joints([*without, "pLeftPSI", "pRightPSI"], **asis) != []
 
 
 def test_a_sentence_names_joint_and_rule_and_is_short() -> None:

@@ -327,7 +327,7 @@ EXPLAINED = [pytest.param(c, d, id=f"{c.name}-{d}") for c in JUDGED for d in c.w
 
 @pytest.mark.parametrize(("claim", "data_name"), EXPLAINED)
 def test_an_explanation_quotes_numbers_of_the_claims_own_figure(claim: Claim, data_name: str) -> None:
-    """So that a figure judged alone can say them; `value` is the claim's own."""
+    """A figure that is judged alone can then give them; `value` is the claim's own."""
     for name in quotes_of(claim.why[data_name]):
         quoted = papers.quantity(name).measure
         assert quoted is not None
@@ -760,7 +760,7 @@ def worked_tables() -> dict[str, dict[str, np.ndarray]]:
 
 @functools.cache
 def worked_frames() -> dict[str, pd.DataFrame]:
-    """The same as data frames, made once for hundreds of tests, none of which changes them."""
+    """Return the same as data frames, made once for hundreds of tests, which do not change them."""
     return {name: pd.DataFrame(table) for name, table in worked_tables().items()}
 
 
@@ -1600,11 +1600,12 @@ def test_a_wide_interval_or_none_decides_nothing() -> None:
 
 
 @pytest.mark.parametrize(
-    ("gain", "told"), [(0.51, "yes"), (0.49, "no"), (-0.49, "no"), (-0.51, "worse"), (None, "not applicable")]
+    ("gain", "answer"),
+    [(0.51, "yes"), (0.49, "no"), (-0.49, "no"), (-0.51, "worse"), (None, "not applicable")],
 )
-def test_the_interval_of_the_gain_says_what_is_beyond_the_baseline(gain: float | None, told: str) -> None:
-    assert beyond(found(10.0, gain=gain)) == told
-    assert beyond(found(-10.0, gain=gain)) == told, "whatever the agreement"
+def test_the_interval_of_the_gain_says_what_is_beyond_the_baseline(gain: float | None, answer: str) -> None:
+    assert beyond(found(10.0, gain=gain)) == answer
+    assert beyond(found(-10.0, gain=gain)) == answer, "whatever the agreement"
 
 
 def test_a_gain_without_an_interval_is_not_known() -> None:
@@ -1644,15 +1645,15 @@ def test_no_claim_agrees_at_an_edge_or_by_few_and_none_loses_by_its_baseline(cla
     inside = edge + step if bounds.low == edge else edge - step
     small, wide = 1e-3 * step, 2.0 * step
 
-    def told(value: Estimate, gain: float = 1.0, people: int = 100) -> str:
+    def agreement_of(value: Estimate, gain: float = 1.0, people: int = 100) -> str:
         evidence = Evidence(value=value, baseline=value, gain=estimate(gain, 0.1), people=people)
         return str(papers.judge(claim, evidence, data_name, lambda name: 1.0).agreement)
 
-    assert {told(estimate(inside, small), gain) for gain in (-1.0, 0.0, 1.0)} == {"agrees"}
+    assert {agreement_of(estimate(inside, small), gain) for gain in (-1.0, 0.0, 1.0)} == {"agrees"}
     within = claim.bounds.close is not None and claim.bounds.close.covers(estimate(inside, wide))
-    assert told(estimate(inside, wide)) == ("close" if within else "undecided")
-    assert told(Estimate(inside)) == "undecided", "no interval"
-    assert told(estimate(inside, small), people=claim.scope.people - 1) == "untestable"
+    assert agreement_of(estimate(inside, wide)) == ("close" if within else "undecided")
+    assert agreement_of(Estimate(inside)) == "undecided", "no interval"
+    assert agreement_of(estimate(inside, small), people=claim.scope.people - 1) == "untestable"
     assert claim.scope.people >= min(papers.LEAST_PEOPLE.values())
 
 
@@ -1723,7 +1724,7 @@ def test_a_small_run_decides_nothing_but_conditions() -> None:
 def test_a_difference_that_nobody_has_explained_says_so() -> None:
     assert answers(found(-20.0), "cmu")[1].endswith("bounds 9 to 11: not explained yet")
     changed = papers.judge(little_claim(), found(-20.0), "optical", overridden=True)
-    assert changed.why.endswith("differ from the preset's"), "whatever is said of the preset's own"
+    assert changed.why.endswith("differ from the preset's"), "whatever the text on the preset's own"
     assert answers(found(-1.0), "cmu", why={"any": shown("so it is")})[1].endswith("so it is")
 
 

@@ -103,12 +103,12 @@ def test_the_users_own_settings_change_nothing_and_stay(tmp_path: Path) -> None:
 def test_a_caption_is_the_description_of_both_files_and_not_drawn(tmp_path: Path) -> None:
     sheet = Sheet(charts=[CHART, CHART], columns=2)
     draw_charts(Canvas(tmp_path / "bare", sheet))
-    draw_charts(Canvas(tmp_path / "told", sheet, caption=CAPTION))
-    assert size_of_png(tmp_path / "bare.png") == size_of_png(tmp_path / "told.png")
-    assert size_of_png(tmp_path / "told.png")[0] == round(PNG_DPI * 7.5)
-    assert strokes(tmp_path / "bare.svg") == strokes(tmp_path / "told.svg")
-    assert CAPTION in (tmp_path / "told.svg").read_text()
-    with Image.open(tmp_path / "told.png") as picture:
+    draw_charts(Canvas(tmp_path / "captioned", sheet, caption=CAPTION))
+    assert size_of_png(tmp_path / "bare.png") == size_of_png(tmp_path / "captioned.png")
+    assert size_of_png(tmp_path / "captioned.png")[0] == round(PNG_DPI * 7.5)
+    assert strokes(tmp_path / "bare.svg") == strokes(tmp_path / "captioned.svg")
+    assert CAPTION in (tmp_path / "captioned.svg").read_text()
+    with Image.open(tmp_path / "captioned.png") as picture:
         assert picture.info["Description"] == CAPTION
 
 
@@ -202,7 +202,7 @@ def test_an_interval_is_drawn_where_it_is_known_and_the_line_everywhere(tmp_path
     assert drawn == {"whole": 2, "part": 2, "none": 0}
 
 
-# --- what is refused ----------------------------------------------------------------------------------------
+# --- rejected input ----------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""The picture of a matrix: its path and outline over it, lines beside it."""
+"""The picture of a matrix: its path and outline over it, lines next to it."""
 
 from pathlib import Path
 
@@ -23,13 +23,13 @@ MATRIX = HeatMap(
     path_label="path",
     outline_label="trellis",
 )
-BESIDE = Sheet(
+LINES = Sheet(
     charts=[Chart(table={"x": range(3)}, x="x", y="x", label="x", styles=Style("sequence", "purple"))]
 )
 
 
 def test_the_path_the_outline_and_the_lines_beside_are_drawn(tmp_path: Path) -> None:
-    draw_heat_map(Canvas(tmp_path / "a", BESIDE, caption="Data: none."), MATRIX)
+    draw_heat_map(Canvas(tmp_path / "a", LINES, caption="Data: none."), MATRIX)
     text = (tmp_path / "a.svg").read_text(encoding="utf-8").lower()
     for name in ("orange", "grey", "purple"):
         assert text.count(f"stroke: {COLOURS[name].lower()}") == 2, "the line, and its entry in the legend"

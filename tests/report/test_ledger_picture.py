@@ -37,7 +37,7 @@ SWITCHED: dict[str, Any] = {
 
 
 def picture(tmp_path: Path, *switched: dict[str, Any], scale: str = "full") -> dict[str, Any]:
-    """What is drawn of one claim, with rows of switches that differ from `SWITCHED`."""
+    """Return the drawing of one claim, with rows of switches that differ from `SWITCHED`."""
     folder = tmp_path / "synthetic" / scale
     if not folder.exists():
         plant(folder / "zhang2007_fig5", claims=BOUNDED, scale=scale)

@@ -39,7 +39,7 @@ class Elements(HTMLParser):
     def __init__(self, text: str) -> None:
         super().__init__()
         self.found: list[tuple[str, dict[str, str]]] = []
-        self.said: list[str] = []
+        self.texts: list[str] = []
         self.inside = ""
         self.feed(text)
 
@@ -52,11 +52,11 @@ class Elements(HTMLParser):
 
     def handle_data(self, data: str) -> None:
         if self.inside not in ("script", "style"):
-            self.said.append(data)
+            self.texts.append(data)
 
     @property
     def text(self) -> str:
-        return " ".join(" ".join(self.said).split())
+        return " ".join(" ".join(self.texts).split())
 
     def values(self, attribute: str) -> list[str]:
         return [attributes[attribute] for _, attributes in self.found if attribute in attributes]
@@ -97,7 +97,7 @@ def test_a_figure_that_was_changed_is_not_shown_as_made(results: Path) -> None:
 
 def test_nothing_is_loaded_and_no_link_is_dead(results: Path) -> None:
     text, page = page_of(results)
-    without_names = text.replace("http://www.w3.org/2000/svg", "")  # a name, which nobody asks for
+    without_names = text.replace("http://www.w3.org/2000/svg", "")  # a name, which is not loaded
     assert re.findall(r"""(?:https?:)?//[\w.]+\.\w+""", re.sub(r"base64,[\w+/=]+", "", without_names)) == []
     assert all(source.startswith("data:") for source in page.values("src"))
     ids = set(page.values("id"))
@@ -174,7 +174,7 @@ def test_the_alternative_text_says_what_a_picture_shows(results: Path) -> None:
 
 
 def test_a_figure_is_shown_once(results: Path) -> None:
-    # What has charts alone has no picture beside them, what has more or none has its picture.
+    # A figure with charts alone has no picture; a figure with more, or without charts, has its picture.
     for charts, more, pictured in ((True, False, 0), (True, True, 1), (False, False, 1)):
         figure = results / "zhang2007_fig5"
         retained = {k: v for k, v in read_manifest(figure).items() if k != "files"}
@@ -403,7 +403,7 @@ def test_figures_of_our_own_claims_stand_under_them_and_none_stands_twice(tmp_pa
 def test_a_plug_in_brings_scripts_and_the_columns_that_they_read(
     results: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Scripts run behind the players and before the page begins; without plug-ins the page has none of them."""
+    """Scripts run behind the players and before the page begins; without plug-ins the page has no such scripts."""
     plain = page_of(results)[0]
     script = tmp_path / "mine.js"
     script.write_text("const Mine = 2007;\n", encoding="utf-8")

@@ -13,7 +13,7 @@ from pipeline.studies.experiment import Experiment
 
 
 class Stages(NamedTuple):
-    """What the stages made."""
+    """Results of the stages."""
 
     clips: Any
     dataset: Any
@@ -31,10 +31,10 @@ def smoke(figure: str, *overrides: str, data: Data | None = None) -> Experiment:
 
 
 def stored_stages(experiment: Experiment, store: Store) -> tuple[Stored[Any], ...]:
-    """What each stage keeps, with its key."""
+    """Run the stages; return the stored result of each, with its key."""
     return chain.run(experiment, store)
 
 
 def stages(experiment: Experiment, store: Store) -> Stages:
-    """What the stages made."""
+    """Run the stages; return their results."""
     return Stages(*(retained.value for retained in stored_stages(experiment, store)))

@@ -29,7 +29,7 @@ from tests.contents import GOLDEN, columns_of, contents, golden
 from tests.recordings import reading, viewer
 
 WALKERS, VIEWS = 12, 13
-"""Of the smoke scale."""
+"""Numbers of walkers and views of the smoke scale."""
 
 ABSCISSA = {"zhang2007_fig3": "sigma2_mm2"} | dict.fromkeys(
     ("zhang2004_fig4", "zhang2004_fig5", "zhang2007_fig5", "zhang2007_fig6"), "view_angle_deg"
@@ -81,7 +81,7 @@ def test_the_players_of_the_page_find_what_the_figures_hold(smoke_results: Path)
 
 @functools.cache
 def purpose(figure: str) -> str:
-    """What corpus a figure is made of."""
+    """Return the corpus of a figure."""
     return compose([f"experiment={figure}"]).dataset.corpus.name
 
 
@@ -182,7 +182,7 @@ def test_the_recording_is_whole_and_says_what_it_is(folder: Path) -> None:
 
 
 def test_the_recordings_curves_are_the_tables(folder: Path) -> None:
-    """Of the figures whose first table is over the recording's timeline: each series that its charts draw."""
+    """Compare each series in charts of a figure whose first table is over the recording's timeline."""
     timeline, path = ABSCISSA.get(folder.name), folder / "recording.rrd"
     if timeline is None:
         return

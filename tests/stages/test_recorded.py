@@ -1,4 +1,4 @@
-"""The public recordings, where they are: every clip with a verdict, nobody on both sides of a fold."""
+"""The public recordings, where they are: every clip with a verdict, no person on both sides of a fold."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What was made is found again, what changed is made again, and neither threads nor repetition move a bit."""
+"""Stored results are used again, changed ones are made again, and neither threads nor repetition move a bit."""
 
 from __future__ import annotations
 
@@ -147,7 +147,7 @@ def test_without_a_cache_the_figure_stands_and_is_made_again(
 
 @pytest.fixture
 def sources(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """A copy of the package's sources, which keys are made of in place of the package itself."""
+    """A copy of the package's sources; keys depend on it in place of the package itself."""
     copy = tmp_path / "pipeline"
     shutil.copytree(plugins.PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
     monkeypatch.setattr(plugins, "PACKAGE", copy)

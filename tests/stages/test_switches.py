@@ -29,7 +29,7 @@ def store(tmp_path_factory: pytest.TempPathFactory) -> Store:
 
 
 def stages(store: Store, *overrides: str, figure: str = "zhang2007_fig5", data: Data | None = None) -> Stages:
-    """What the four stages make with some switches thrown."""
+    """Return the results of the four stages with changed switches."""
     return made(smoke(figure, *overrides, data=data), store)
 
 
@@ -47,7 +47,7 @@ def twice(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def assert_folds_leave_out(learnt: Eigenwalkers, people: np.ndarray) -> None:
-    """The fold of each walk knows nobody of its person, and everybody else."""
+    """Assert that the fold of each walk holds all people but its own."""
     samples = learnt.samples
     for r, person in enumerate(people):
         others = samples[people != person]

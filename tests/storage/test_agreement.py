@@ -34,7 +34,7 @@ def figure(folder: Path, table: dict[str, Any] | None = None, claims: dict[str, 
 
 @pytest.fixture
 def kept(tmp_path: Path) -> Path:
-    """A figure of an archive, whose table is compressed, with the rule beside it."""
+    """A figure of an archive, whose table is compressed, with the rule next to it."""
     folder = figure(tmp_path / "archive" / "zhang2007_fig5")
     write_rule(folder.parent, ["zhang2007_fig5"])
     content = (folder / "table.csv").read_bytes()

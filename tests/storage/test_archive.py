@@ -32,7 +32,7 @@ def lock(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def make(tmp_path: Path, lock: Path) -> Make:
-    """Publish figures as a session would, any fact of the manifest changed as told."""
+    """Publish figures as a session would, with the requested changes to the facts of the manifest."""
 
     def make(data: str = "synthetic", scale: str = "full", **changes: Any) -> Path:
         folder = tmp_path / "results" / data / scale

@@ -16,7 +16,7 @@ ALLOWED = {
     "component": {"type", "bom-ref", "name", "version", "purl", "licenses", "externalReferences"},
     "reference": {"type", "url", "comment", "hashes"},
 }
-"""Of the names in version 1.6, those that are used here; the schema allows no others."""
+"""Names in version 1.6 that are used here; the schema allows no others."""
 
 
 def test_every_pinned_package_is_named_once_with_its_version_and_nothing_else() -> None:

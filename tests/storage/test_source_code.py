@@ -93,7 +93,7 @@ def test_what_it_computes_with_changes_it(
 
 
 def test_a_word_in_the_command_line_and_another_study_leave_walks_alone() -> None:
-    """The real package: what the model of walks is made of holds neither."""
+    """The sources of the model of walks in the real package include neither."""
     reached = source_code.reached(["pipeline.studies.eigenwalkers.model"])
     assert "pipeline.core.linear_model" in reached
     foreign = (

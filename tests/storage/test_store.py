@@ -34,7 +34,7 @@ from tests.rejects import rejects
 
 
 class Store(PlainStore):
-    """A store that is told the same sources each time, unless a test says otherwise."""
+    """A store that uses the same sources each time, unless a test gives others."""
 
     def artefact(self, *arguments: Any, code: str = "0" * 64) -> Artefact:
         return super().artefact(*arguments, code=code)
@@ -334,7 +334,7 @@ def test_a_flipped_byte_is_noticed_set_aside_and_computed_again(tmp_path: Path) 
                 assert again.why == "artefact damaged: the sha256 of arrays.npz differs"
             elif again.computed:
                 assert again.why.startswith("artefact damaged: manifest.json ")
-            else:  # a blank for another: the manifest says what it said
+            else:  # a blank for another: the manifest has the same content
                 manifest = json.loads(content)
                 assert manifest["notes"] == reference.notes
             noticed += again.computed
@@ -574,7 +574,7 @@ def test_a_killed_process_leaves_what_the_next_run_can_use(tmp_path: Path) -> No
             assert [a.name in finished for a in again] == [not a.computed for a in again]
             np.testing.assert_array_equal(again[1].arrays["x"], np.arange(9.0))
             with pytest.raises(RuntimeError, match="stop"), publish(results / "other"):
-                raise RuntimeError("stop")  # publishing anything beside it clears up
+                raise RuntimeError("stop")  # publishing any other figure in the folder clears up
             assert (results / "figure" / "table.csv").read_text() in ("old", "new")
             assert is_complete(results / "figure")
             assert leftovers(results) == []
@@ -861,7 +861,7 @@ def publish_files(figure: Path, **files: str) -> None:
 
 
 def of_the_reader(figure: Path) -> dict[str, str]:
-    """Put files beside the published ones that are not ours; what they say, by name."""
+    """Put files of the user next to the published ones; return their content by name."""
     mine = {"notes.txt": "a", "more/notes.txt": "b", "own/folder/notes.txt": "c", ".hidden": "d"}
     for name, content in mine.items():
         (figure / name).parent.mkdir(parents=True, exist_ok=True)
@@ -888,7 +888,7 @@ def test_files_that_are_not_ours_survive_a_replacement(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("after", ["aside", "swapped", "half"])
 def test_files_that_are_not_ours_survive_a_kill(tmp_path: Path, dead_pid: int, after: str) -> None:
-    """The states that a kill between two renames leaves: the next publication beside it brings all back."""
+    """The states that a kill between two renames leaves: the next publication in the folder restores all."""
     figure, aside = tmp_path / "figure", tmp_path / f".old-{dead_pid}-{sealed_folders._HERE}00000001-figure"
     publish_files(figure, table_csv="1")
     mine = of_the_reader(figure)

@@ -1,4 +1,4 @@
-"""Tables: what is written is what is read, equal numbers give equal bytes, and bad ones are refused."""
+"""Tables: a written table is read unchanged, equal numbers give equal bytes, and bad tables are rejected."""
 
 import csv
 import errno

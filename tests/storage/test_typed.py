@@ -158,7 +158,7 @@ SHAPED = Shaped(
 
 
 def spoilt(**arrays: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-    """What is kept of `SHAPED`, some arrays replaced, left out where None."""
+    """Return the packed form of `SHAPED`, with some arrays replaced, or left out where None."""
     retained, notes = pack(SHAPED)
     return {name: array for name, array in (retained | arrays).items() if array is not None}, notes
 

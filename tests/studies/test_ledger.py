@@ -229,11 +229,11 @@ def test_a_gain_that_all_people_share_agrees_and_is_beyond_the_average_walker() 
     assert verdict.evidence.people == 20
 
 
-@pytest.mark.parametrize(("nothing", "told"), [(-0.2, "yes"), (0.3, "no"), (0.45, "worse")])
-def test_another_baseline_changes_nothing_but_what_is_said_of_it(nothing: float, told: str) -> None:
+@pytest.mark.parametrize(("nothing", "expected"), [(-0.2, "yes"), (0.3, "no"), (0.45, "worse")])
+def test_another_baseline_changes_nothing_but_what_is_said_of_it(nothing: float, expected: str) -> None:
     gains = 0.3 + 0.05 * np.sin(np.arange(20))
     verdict = thirty_percent(errors_of(20, gains, nothing))
-    assert (verdict.agreement, verdict.beyond) == ("agrees", told)
+    assert (verdict.agreement, verdict.beyond) == ("agrees", expected)
     assert verdict.evidence is not None
     plain = thirty_percent(errors_of(20, gains, 0.0)).evidence
     assert plain is not None
@@ -285,8 +285,8 @@ def test_an_extreme_near_a_bound_does_not_agree_though_no_person_drawn_again_exc
         assert value.high - worst == pytest.approx(worst - value.low)
 
 
-@pytest.mark.parametrize(("people", "told"), [(12, "close"), (400, "agrees")])
-def test_what_nobody_showed_has_the_exact_interval_of_that_many(people: int, told: str) -> None:
+@pytest.mark.parametrize(("people", "expected"), [(12, "close"), (400, "agrees")])
+def test_what_nobody_showed_has_the_exact_interval_of_that_many(people: int, expected: str) -> None:
     """Clopper and Pearson's interval of none in n ends at 1 - 0.025^(1/n); no replicate holds what no row has."""
     rows = 3 * people
     table = {
@@ -300,7 +300,7 @@ def test_what_nobody_showed_has_the_exact_interval_of_that_many(people: int, tol
     value = verdict.evidence.value
     assert (value.value, value.low) == (0.0, 0.0)
     assert (1.0 - value.high / 100.0) ** rows == pytest.approx(0.025)
-    assert verdict.agreement == told
+    assert verdict.agreement == expected
 
 
 def test_the_interval_of_a_share_ends_at_all() -> None:

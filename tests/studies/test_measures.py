@@ -1,4 +1,4 @@
-"""Measures of published tables: no row is dropped to make a number, and what cannot be computed is refused."""
+"""Measures of published tables: no row is dropped to make a number, and a value that cannot be computed is an error."""
 
 from __future__ import annotations
 

@@ -16,9 +16,9 @@ ROOT = Path(__file__).resolve().parents[2]
 
 FILES = {
     "conf/paper/pace2030.yaml": """\
-        # pace2030: a paper that nobody wrote.
+        # pace2030: a paper that does not exist.
         title: Pace and the Size of a Walk
-        authors: Anna Nobody
+        authors: Anna Novak
         year: 2030
         venue: nowhere
         figures: [pace2030_fig1]
@@ -32,7 +32,7 @@ FILES = {
         """,
     "conf/experiment/pace2030_fig1.yaml": """\
         # @package _global_
-        # Nobody 2030, figure 1: size of the fundamental against its frequency.
+        # Novak 2030, figure 1: size of the fundamental against its frequency.
         defaults:
           - override /figure: pace
         name: pace2030_fig1
@@ -118,7 +118,7 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def run(project: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    """What a module of Python says, run in the copy."""
+    """Run a module of Python in the copy; return its output."""
     return subprocess.run(
         [sys.executable, "-m", *arguments],
         cwd=project,

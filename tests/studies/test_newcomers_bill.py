@@ -199,7 +199,7 @@ BILL = {
     edit_reader: {FORMATS, POINT_LIST, FIXTURE},
     edit_figure: {PACE, PACE_PRESET, FIGURES, PAPER},
 }
-"""What each edit touches, and nothing else."""
+"""Files that each edit changes, and no others."""
 
 
 @pytest.fixture(scope="module")

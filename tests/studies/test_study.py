@@ -1,4 +1,4 @@
-"""What a study consists of: grids, sizes that the scale sets, options that fit each other, words that are unique."""
+"""Parts of a study: grids, sizes that the scale sets, options that fit each other, words that are unique."""
 
 from __future__ import annotations
 
@@ -237,7 +237,7 @@ def test_a_study_is_called_like_its_folder() -> None:
 
 @pytest.mark.parametrize(("group", "option"), OPTIONS)
 def test_an_option_says_what_it_returns_and_what_it_is_made_of(group: str, option: type[Any]) -> None:
-    """The store reads a value back by the return annotation; a figure is refused without its model."""
+    """The store reads a value back by the return annotation; a figure needs its model."""
     finite = {name: set(registry.options(name).values()) for name in registry.GROUPS}
     if group == "figure":
         assert option.model in finite["model"]

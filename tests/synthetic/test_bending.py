@@ -126,7 +126,7 @@ def test_everybody_stands_bends_to_the_floor_and_stands_again(clean: BendingPerf
         assert wrists.min() < 0.2 * stature
         assert wrists.min() > 0.0
         assert 0.35 < phase[wrists.argmin()] < 0.65
-        assert positions[..., 2].min() > 0.0  # nobody is under the floor
+        assert positions[..., 2].min() > 0.0  # no joint is under the floor
 
 
 def test_joints_keep_to_anatomy(clean: BendingPerformances) -> None:

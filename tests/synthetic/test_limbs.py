@@ -121,7 +121,7 @@ def all_signs(frames: int) -> np.ndarray:
 
 
 def objectives(basis: np.ndarray, middle: np.ndarray, half_chord: np.ndarray) -> np.ndarray:
-    """What every choice (2^F,) leaves outside the basis, squared: projected as it stands."""
+    """Return the squared residual outside the basis of every choice (2^F,), by plain projection."""
     chi = middle + all_signs(len(middle))[:, :, None] * half_chord
     left = chi - np.einsum("fk,gk,sgd->sfd", basis, basis, chi)
     return np.asarray((left**2).sum(axis=(1, 2)))

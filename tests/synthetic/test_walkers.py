@@ -138,7 +138,7 @@ def test_feet_take_turns(walkers: WalkingPopulation) -> None:
 
 @pytest.mark.parametrize("side", ["left", "right"])
 def test_a_flat_foot_rides_on_the_belt(clean: WalkingPopulation, side: str) -> None:
-    """Where the ankle stays as low as over a flat foot, its speed is the belt's within 4 %, median 2 %.
+    """An ankle that stays as low as over a flat foot has the belt's speed within 4 %, median 2 %.
 
     What slip there is makes good the walker's drift along the belt.
     """

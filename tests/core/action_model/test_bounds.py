@@ -1,4 +1,4 @@
-"""What performances have in common, what lies within three standard deviations of it, and draws from there."""
+"""Bounds of performances: their common part, three standard deviations around it, and draws from there."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a reconstruction says of itself: the number of cosines, residuals, images upside down, wrong lengths."""
+"""Warnings of a reconstruction: the number of cosines, residuals, images upside down, wrong lengths."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ HEIGHT_PX = 1080.0
 
 
 class Film:
-    """A leg, and what a camera in somebody's hand sees of it from above its hip."""
+    """A leg, and its images from a camera that is held by hand above its hip."""
 
     def __init__(self, *, bandwidth: int = 40) -> None:
         generator = np.random.default_rng(5)

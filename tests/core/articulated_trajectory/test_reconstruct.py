@@ -1,4 +1,4 @@
-"""Limbs and whole skeletons from one camera: recovery, gaps, mirrors, hinges, refinement, and what is refused."""
+"""Limbs and whole skeletons from one camera: recovery, gaps, mirrors, hinges, refinement, and rejected input."""
 
 from __future__ import annotations
 
@@ -407,7 +407,7 @@ def stepping(seed: int, *, chain: Chain = LEG, frames: int = 60) -> Scene:
 
 
 def right_limbs(one: Scene, found: Articulated, limb: str) -> bool:
-    """Whether a limb is told from its mirror: on average within a quarter of its length of the truth."""
+    """Return whether a limb is not mirrored: on average within a quarter of its length of the truth."""
     truth = relative_trajectories(one.chain, one.positions)[:, one.chain.limbs.index(limb)]
     error = np.linalg.norm(found.limbs[limb].relative - truth, axis=1).mean()
     return bool(error < 0.25 * one.lengths[one.chain.limbs.index(limb)])
@@ -536,7 +536,7 @@ def test_nearly_tangent_rays_are_left_open_within_the_noise() -> None:
     assert half[open_].max() < 1.2 * bound
 
 
-# --- what is refused --------------------------------------------------------------------------------------
+# --- rejected input --------------------------------------------------------------------------------------
 
 
 def _without(joint: str) -> Callable[[Scene], dict[str, Any]]:
@@ -599,9 +599,9 @@ def _unknown_camera(one: Scene) -> dict[str, Any]:
 def test_bad_input_is_refused_in_one_sentence(
     change: Callable[[Scene], dict[str, Any]], rejection: AbstractContextManager
 ) -> None:
-    one = scene(14)
+    film = scene(14)
     with rejection as refused:
-        one.reconstructed(**change(one))
+        film.reconstructed(**change(film))
     assert "\n" not in str(refused.value)
 
 

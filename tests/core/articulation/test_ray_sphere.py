@@ -1,4 +1,4 @@
-"""Where rays meet spheres: against the printed formula, by hand, from afar, and what is refused."""
+"""Intersections of rays and spheres: against the printed formula, by hand, from afar, and rejected input."""
 
 from __future__ import annotations
 

@@ -266,7 +266,7 @@ def test_the_mirror_is_a_minimum_on_the_other_side(seed: int, frames: int, style
 
 
 def same(one: BinarySolution, other: BinarySolution) -> bool:
-    """Whether two solutions are the same to the last bit."""
+    """Return whether two solutions are the same to the last bit."""
     return all(np.array_equal(value, vars(other)[name]) for name, value in vars(one).items())
 
 

@@ -28,7 +28,7 @@ def test_the_frequency_is_found_in_noise(cycles: float, second: float) -> None:
 @pytest.mark.parametrize("factor", [0.5, 2.0])
 @pytest.mark.parametrize("seed", range(3))
 def test_a_wander_at_half_or_double_the_frequency_is_not_taken_for_the_walk(seed: int, factor: float) -> None:
-    """Where the body wanders more than it strides, the best fit of all is not the stride."""
+    """If the body wanders more than it strides, the best fit of all is not the stride."""
     generator = np.random.default_rng(seed)
     positions = clip(walker(generator), 0.8, 60.0, 9.0)
     wander = np.zeros((3, 15, 3))

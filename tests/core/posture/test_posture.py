@@ -287,7 +287,7 @@ def test_the_floor_is_the_level_of_the_standing_ankle() -> None:
 
 @pytest.mark.parametrize("frame", FRAMES)
 def test_a_deep_squat_is_smooth_where_angles_would_jump(frame: str) -> None:
-    """Thighs go from hanging to behind the line of the trunk, knees beside it, and back."""
+    """Thighs go from hanging to behind the line of the trunk, knees next to it, and back."""
     flexion = np.radians(np.concatenate([np.linspace(-20, 225, 120), np.linspace(225, -20, 120)]))
     clip = []
     for angle in flexion:

@@ -1,4 +1,4 @@
-"""Refinement of whole bodies: derivatives, the tree's algebra, recovery, gaps, outliers, gauge, and what is refused."""
+"""Refinement of whole bodies: derivatives, the tree's algebra, recovery, gaps, outliers, gauge, rejected input."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Body:
         return kinematics(self.parents, self.root, self.relative)
 
     def start(self, seed: int, size: float = 0.03) -> np.ndarray:
-        """The truth, smoothly perturbed by so many radians."""
+        """Return the truth, smoothly perturbed by `size` radians."""
         generator = np.random.default_rng(seed)
         frames = len(self.root)
         waves = self.basis[:, :4] * np.sqrt(frames)
@@ -467,7 +467,7 @@ def test_the_minimum_does_not_depend_on_rounding() -> None:
 
 
 def test_a_start_at_the_minimum_is_soon_done() -> None:
-    """What a start is smoothed by is far below a pixel."""
+    """The smoothing of a start is far below a pixel."""
     first = body(10)
     result = first.refined(first.refined(first.start(1)).relative)
     assert result.converged
@@ -535,7 +535,7 @@ def test_what_it_was_given_stays_as_it_was() -> None:
     np.testing.assert_array_equal(first.charts, before[4])
 
 
-# --- what is refused ---------------------------------------------------------------------------------------
+# --- rejected input ---------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Angles of directions: the way back, continuity against all choices, poles, gauge, gaps, and what is refused."""
+"""Angles of directions: the way back, continuity against all choices, poles, gauge, gaps, rejected input."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ step_sets = st.sampled_from([(-1, 0, 1), (-2, -1, 0, 1), (0, 1), (-1, 0), (0,), 
 
 @st.composite
 def switches(draw: st.DrawFn, widest: int = 8) -> dict[str, Any]:
-    """Everything that `synchronize` can be told; whole numbers for mu, so that sums are exact."""
+    """Draw all options of `synchronize`; mu is a whole number, so that sums are exact."""
     return {
         "max_disparity": draw(st.integers(0, widest)),
         "smoothness": draw(st.integers(0, 4)),

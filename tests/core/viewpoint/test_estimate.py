@@ -256,7 +256,7 @@ def test_many_observations_at_once_are_each_alone(
         assert np.ndim(alone.angle_rad) == 0
         scale = float((row**2).sum())
         assert together.cost[i] == pytest.approx(float(alone.cost), rel=1e-8, abs=1e-12 * scale)
-        if alone.runner_up_cost > 1.001 * alone.cost:  # else two angles may be told apart by rounding alone
+        if alone.runner_up_cost > 1.001 * alone.cost:  # else rounding may decide between two angles
             distance = angle_difference_deg(np.degrees(together.angle_rad[i]), np.degrees(alone.angle_rad))
             assert abs(distance) < 1e-4
 

@@ -1,4 +1,4 @@
-"""What is no walk: runs, bends, kicks on the spot."""
+"""Motions that are not walks: runs, bends, kicks on the spot."""
 
 from __future__ import annotations
 

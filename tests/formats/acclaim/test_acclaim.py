@@ -198,7 +198,7 @@ def test_the_skeleton_beside_the_motion_is_found_or_asked_for(pair: tuple[Path, 
     motion, skeleton = pair
     asf = skeleton.read_bytes()
     assert acclaim.read(motion).positions_mm.shape == (3, 5, 3)
-    (motion.parent / "b.asf").write_bytes(b"of somebody else")
+    (motion.parent / "b.asf").write_bytes(b"of another person")
     assert acclaim.read(motion).positions_mm.shape == (3, 5, 3)
     (motion.parent / "A_0.ASF").write_bytes(asf.replace(b" shin", b" calf"))
     with rejects("unknown_joint", joint="shin"):
@@ -218,11 +218,11 @@ def test_the_skeleton_one_folder_up_is_found_where_there_is_none_beside(pair: tu
     below = motion.parent / "squats"
     below.mkdir()
     moved = motion.rename(below / f"{skeleton.stem}_squat_001.amc")
-    (motion.parent / "zz.asf").write_bytes(b"of somebody else")
+    (motion.parent / "zz.asf").write_bytes(b"of another person")
     assert acclaim.skeleton_of(moved) == skeleton
     assert acclaim.read(moved).positions_mm.shape == (3, 5, 3)
-    (below / "q.asf").write_bytes(b"of somebody else")
-    assert acclaim.skeleton_of(moved) == below / "q.asf", "what is beside comes first"
+    (below / "q.asf").write_bytes(b"of another person")
+    assert acclaim.skeleton_of(moved) == below / "q.asf", "the motion's own folder comes first"
 
 
 def test_the_skeleton_in_a_folder_of_its_own_is_found_by_number(pair: tuple[Path, Path]) -> None:
@@ -233,7 +233,7 @@ def test_the_skeleton_in_a_folder_of_its_own_is_found_by_number(pair: tuple[Path
     moved = motion.rename(motions / "07_01-walk.amc")
     reference = skeleton.rename(skeletons / "07-walk.asf")
     for other in ("08-walk.asf", "70-walk.asf"):
-        (skeletons / other).write_bytes(b"of somebody else")
+        (skeletons / other).write_bytes(b"of another person")
     assert acclaim.skeleton_of(moved) == reference
     assert acclaim.read(moved).positions_mm.shape == (3, 5, 3)
     with rejects("unclear_skeleton", skeletons=[]):

@@ -181,7 +181,7 @@ def test_titles_may_begin_with_signs(title: str, is_time: bool) -> None:
 
 
 @pytest.mark.parametrize(
-    ("title", "beside"),
+    ("title", "usual"),
     [
         ("item", "frame"),
         ("FrameNumber", "frame"),
@@ -192,12 +192,12 @@ def test_titles_may_begin_with_signs(title: str, is_time: bool) -> None:
 )
 @pytest.mark.parametrize("first", [False, True])
 def test_titles_that_mean_something_else_beside_others(
-    title: str, beside: str, first: bool, tmp_path: Path
+    title: str, usual: str, first: bool, tmp_path: Path
 ) -> None:
     header, *rows = LONG.splitlines()
-    both = f"{title},{beside}" if first else f"{beside},{title}"
-    at = header.split(",").index(beside)
-    lines = [header.replace(beside, both)]
+    both = f"{title},{usual}" if first else f"{usual},{title}"
+    at = header.split(",").index(usual)
+    lines = [header.replace(usual, both)]
     for row in rows:
         cells = row.split(",")
         cells.insert(at if first else at + 1, "7")
@@ -545,7 +545,7 @@ def test_positions_beside_rotations(tmp_path: Path) -> None:
 
 
 def test_names_and_numbers_without_a_header_are_frames_in_turn(tmp_path: Path) -> None:
-    """As KinectGait has them: a name that comes again begins a frame, whichever it is."""
+    """Files of KinectGait are of this kind: any name that comes again begins a frame."""
     text = "Head;0.4;0.8;2.6\nHip;0.3;0.1;2.5\nHip;0.2;0.1;2.5\nHead;0.4;0.7;2.6\n"
     path = tmp_path / "a.txt"
     path.write_text(text)

@@ -247,7 +247,7 @@ def test_uneven_times_are_resampled_and_said(tmp_path: Path) -> None:
     at = times[0] + np.arange(len(motion.positions_mm)) / motion.frame_rate_hz
     assert at[-1] <= times[-1] + 1e-9
     expected = np.stack([at, at**2, np.ones_like(at)], axis=-1)
-    # Beside the last row the slope is that of a chord.
+    # Next to the last row the slope is that of a chord.
     np.testing.assert_allclose(motion.positions_mm[:-1, 0], expected[:-1], rtol=1e-9, atol=1e-9)
 
 

@@ -1,4 +1,4 @@
-"""What does not look like one action is told."""
+"""Remarks on performances that do not look like one action."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from pipeline.studies.actions.model import MAX_VARIANCE_LEFT, ActionSpaceModel
 
 
 @pytest.mark.parametrize(
-    ("bends", "others", "told"),
+    ("bends", "others", "expected"),
     [(8, 0, []), (8, 1, ["smooth_angles_001 may be of another action"]), (0, 8, ["several actions"])],
 )
-def test_another_action_is_told(bends: int, others: int, told: list[str]) -> None:
+def test_another_action_is_told(bends: int, others: int, expected: list[str]) -> None:
     performances = synthetic_performances(SyntheticPerformances(performances=8), 3)
     moved = synthetic_clips(SyntheticClips(clips=24, seconds=3.0), 3)
     chosen = [(performances, n) for n in range(bends)]
@@ -38,8 +38,8 @@ def test_another_action_is_told(bends: int, others: int, told: list[str]) -> Non
         },
     )
     remarks = ActionSpaceModel().learn(PostureDataset().build(clips, workers=1), workers=1).remarks
-    assert len(remarks) == len(told)
-    assert all(words in remark for words, remark in zip(told, remarks, strict=True))
+    assert len(remarks) == len(expected)
+    assert all(words in remark for words, remark in zip(expected, remarks, strict=True))
 
 
 def test_claims_rest_on_what_is_told() -> None:

@@ -1,4 +1,4 @@
-"""What the mean of the other performances explains of a performance's height and cosines."""
+"""Share of a performance's height and cosines that the mean of the other performances explains."""
 
 from __future__ import annotations
 

@@ -50,14 +50,14 @@ def built(*overrides: str) -> Postures:
 
 @pytest.fixture(scope="module")
 def postures() -> Postures:
-    # Two performances of each person: leaving out one is another thing than leaving out all of somebody.
+    # Two performances of each person: leaving out one differs from leaving out a whole person.
     return built("data.performances.subjects=5")
 
 
 def measure(
     options: HeldOutTracking, postures: Postures, *, workers: int = 1, seed: int = 1
 ) -> TrackingErrors:
-    """What the sweep measures; it learns its own models, so that none is given."""
+    """Return the result of the sweep; it learns its own models, so it receives none."""
     inputs = SweepInputs(None, postures, None, ActionSpaceModel(), workers, seed)
     return options.measure(inputs)
 
@@ -77,7 +77,7 @@ def trial(postures: Postures) -> Trial:
 
 
 def changed(postures: Postures, which: np.ndarray, seed: int = 0) -> Postures:
-    """The same but for some performances, of which nothing is as it was."""
+    """Return a copy in which some performances have changed altogether."""
     generator = np.random.default_rng(seed)
     frames = np.repeat(which, np.diff(postures.first))
     other = {}

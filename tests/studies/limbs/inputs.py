@@ -22,5 +22,5 @@ def stretches_of(name: str) -> LimbStretches:
 def measure(
     sweep: Sweep, stretches: LimbStretches, model: TrajectoryBasisModel, *, workers: int = 1, seed: int = 7
 ) -> Any:
-    """What a sweep measures: of the model its options alone are needed."""
+    """Return the result of a sweep, which needs only the options of the model."""
     return sweep.measure(SweepInputs(None, stretches, None, model, workers, seed))

@@ -56,7 +56,7 @@ def test_every_error_at_a_known_view_is_that_of_the_printed_estimate() -> None:
 
 
 def test_residual_and_variance_are_along_the_missing_dimension_of_each_view() -> None:
-    """Of a covariance of 100, 400 and 30 mm² along x, y and both: s² 100 - 2 s c 30 + c² 400."""
+    """A covariance of 100, 400 and 30 mm² along x, y and both gives a variance of s² 100 - 2 s c 30 + c² 400."""
     covariance = np.array([[100.0, 30.0, 0.0], [30.0, 400.0, 0.0], [0.0, 0.0, 25.0]])
     residual = np.broadcast_to(covariance, (*DATA.residual_covariance.shape[:2], 3, 3))
     data = replace(DATA, residual_covariance=residual, temporal_covariance=10.0 * residual)

@@ -27,7 +27,7 @@ SWEEP = KnownView(
 def largest_difference(
     model: EigenwalkersModel, sweep: KnownView, data: Any = DATA, seen: Any = None
 ) -> float:
-    """Of the sweep of `seen` from the errors computed anew of the data."""
+    """Return the largest difference of the sweep of `seen` from errors that are computed anew."""
     learnt = model.learn(data, workers=1)
     result = sweep.measure(SweepInputs(None, seen or data, learnt, model, 1, 1))  # type: ignore[arg-type]
     table = recomputed(data, model, sweep, result.rows, learnt.kept)

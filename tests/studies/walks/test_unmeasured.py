@@ -97,7 +97,7 @@ def test_the_view_angle_is_found_without_it(people: tuple[Walks, FourierSamples]
 
 
 def test_sigma2_is_chosen_by_the_errors_of_measured_joints(people: tuple[Walks, FourierSamples]) -> None:
-    """Against the choice by loops over the printed estimator, with the wild joint in nobody's votes."""
+    """The choice equals that of loops over the printed estimator without the wild joint."""
     _, samples = planted(*people)
     observed = np.repeat((np.arange(15) != HEAD)[None], 8, axis=0)
     observed[np.arange(8) != R] = True

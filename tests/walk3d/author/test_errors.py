@@ -219,7 +219,7 @@ def test_the_caption_names_source_and_terms_and_says_what_map_does(tmp_path: Pat
 
 
 def test_the_authors_walker_by_the_people_of_optical(tmp_path: Path, mocap_mirror: Path) -> None:
-    """What other code has: the printed MAP is farther off than the average walker, anybody nearer from 0 to 60°."""
+    """Errors as by other code: the printed MAP is worse than the average walker, `anybody` better from 0 to 60°."""
     author_file("bmwalker.json")
     options = ["sweep.walker=''", "figure.picture=false", "figure.recording=false", f"results={tmp_path}"]
     experiment = compose(["experiment=zhang2007_author", "data=optical", *options])

@@ -33,7 +33,7 @@ ROOT = Path(__file__).resolve().parents[3]
 
 @pytest.fixture(scope="module")
 def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Somebody without a head, over the ground."""
+    """A person without a head, over the ground."""
     output = walkers.walking_population(
         np.random.default_rng(3), male=1, female=1, duration_s=4.0, frame_rate_hz=60
     )
@@ -113,7 +113,7 @@ def test_walkers_of_a_figure_from_any_view(figure: Path, tmp_path: Path) -> None
             for v, view in enumerate(views):
                 again = result._from_view(r, method, view)
                 np.testing.assert_allclose(again, fixed[m, r, v], rtol=0, atol=1e-6)
-            # From another view: the error that the figure states, made of the exported motion.
+            # From another view: the error that the figure states, computed from the exported motion.
             view = grid[2]
             walk, whole = result.reconstructed(names[r], method, view), result.original(names[r])
             off = walk.coefficients - whole.coefficients

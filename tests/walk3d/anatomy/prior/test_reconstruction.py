@@ -22,7 +22,7 @@ PLAIN = Shrinkage(mirror=False, within_harmonic=0.0, diagonal=0.0, extra_varianc
 
 
 def learnt(seed: int, count: int = 14, shrinkage: Shrinkage | None = None) -> tuple[Prior, np.ndarray]:
-    """A prior, and a walker whom it has not seen."""
+    """Return a prior, and a walker who is not part of it."""
     people = walkers(np.random.default_rng(seed), count + 1)
     weights = np.full(count, 1.0 / count)
     return anatomical.fit(people[1:], weights, shrinkage or Shrinkage()), people[0]

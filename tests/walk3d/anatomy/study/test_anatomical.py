@@ -1,4 +1,4 @@
-"""The anatomical reconstruction's folds: nobody chooses or learns for himself, and half of the views serve all."""
+"""Folds of the anatomical reconstruction: none learns from its own person, and half of the views serve all."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ COUNT = 7
 
 
 def samples(seed: int = 0) -> FourierSamples:
-    """Eight walks of seven people; the first has two, of which the second is the better described one."""
+    """Eight walks of seven people; the first has two, and the second is described better."""
     rng = np.random.default_rng(seed)
     coefficients = walkers(rng, COUNT + 1)
     residual = np.abs(rng.standard_normal((COUNT + 1, 15, 1, 1))) * np.eye(3)
@@ -100,7 +100,7 @@ def test_no_walk_of_a_person_chooses_any_setting_for_that_person() -> None:
     result = everybody.select_in_turn(start, alternatives, 4, 1)
     assert result[0] == with_other.select_in_turn(start, alternatives, 4, 1)[0]
     assert [setting.within for setting in result] == [setting.within for setting in start], (
-        "nobody chose that"
+        "no alternative changes this setting"
     )
     for person, setting in enumerate(result):  # the last choice of each, from what is tried at once
         errors = everybody.errors_on_others([replace(setting, harmonics=number) for number in (1, 2)], 4, 1)[

@@ -57,7 +57,7 @@ def test_the_size_and_the_offsets_of_two_laboratories_are_found(walkers: Fourier
         result = anatomical.learn_differences(*walks, Differences(), worth=0.0)
         sizes.append(result.size**2)
         offsets.append(np.square(result.offset_mm[1:]))
-    # A difference between two is twice a variance of which there is one contrast: over many draws it is right.
+    # Two laboratories give one contrast, whose variance is twice theirs: over many draws it is right.
     np.testing.assert_allclose(np.sqrt(np.mean(sizes)), 0.1, rtol=0.15)
     np.testing.assert_allclose(np.sqrt(np.mean(offsets)), 25.0, rtol=0.15)
 

@@ -1,4 +1,4 @@
-"""Readers of keypoints: what each format holds, and what is refused."""
+"""Readers of keypoints: the content of each format, and rejected files."""
 
 from __future__ import annotations
 
@@ -49,9 +49,9 @@ def test_folders_of_other_programs_with_a_file_to_each_frame(tmp_path: Path) -> 
         "easymocap": ("json", {"annots": [person | {"personID": 0}]}, {"annots": []}),
         "sapiens": ("json", {"meta_info": {}, "instance_info": [person]}, {"instance_info": []}),
     }
-    for program, (suffix, first, nobody) in people.items():
+    for program, (suffix, first, empty) in people.items():
         (folder := tmp_path / program).mkdir()
-        for frame, content in ((3, first), (4, nobody), (5, first)):
+        for frame, content in ((3, first), (4, empty), (5, first)):
             write(folder / f"{frame:05d}.{suffix}", content)
         recording = keypoints.read(folder)
         assert (recording.n_frames, recording.frame.tolist()) == (3, [0, 2])
@@ -69,7 +69,7 @@ def test_labels_of_poses_of_yolo(tmp_path: Path, columns: int, more: str, who: s
     for frame in (9, 10, 12):
         line = "0 .5 .5 .2 .6 " + " ".join(map(repr, shares.ravel().tolist())) + more
         (tmp_path / f"walk_{frame}.txt").write_text(line + "\n", encoding="utf-8")
-    (tmp_path / "walk_11.txt").write_text("", encoding="utf-8")  # nobody
+    (tmp_path / "walk_11.txt").write_text("", encoding="utf-8")  # no person
     (tmp_path / "classes.txt").write_text("person\n", encoding="utf-8")
     recording = keypoints.read(tmp_path)
     assert (recording.format, recording.n_frames, recording.frame.tolist()) == ("yolo", 4, [0, 1, 3])
@@ -139,8 +139,8 @@ WRITTEN = {
     "alphapose open": {f"{k}.jpg": {"people": [{"pose_keypoints_2d": flat()}]} for k in (0, 1)},
     "lists": [{"frame": k, "landmarks": MARKS.tolist()} for k in (3, 4)],
     "lists alone": [MARKS.tolist()] * 2,
-    "confidences beside pairs": [{"keypoints": POINTS.tolist(), "confidence": [0.9] * 17, "score": 0.5}] * 2,
-    "confidences beside numbers": [{"keypoints": POINTS.ravel().tolist(), "confidence": [0.9] * 17}] * 2,
+    "confidences and pairs": [{"keypoints": POINTS.tolist(), "confidence": [0.9] * 17, "score": 0.5}] * 2,
+    "confidences and numbers": [{"keypoints": POINTS.ravel().tolist(), "confidence": [0.9] * 17}] * 2,
     "objects": [objects("visibility")] * 2,
     "objects of tasks": [{"pose_landmarks": [objects("visibility")]}] * 2,
     "objects of a browser": [{"poseLandmarks": objects("visibility")}] * 2,
@@ -164,7 +164,7 @@ WRITTEN = {
     "in 3D, too": [{"joints": [[0.1, 0.2, 0.3]] * 17, "joints_2d": MARKS[:, [0, 1, 3]].tolist()}] * 2,
     "in pixels": {"frames": [{"time_s": k, "keypoints_px": MARKS[:, [0, 1, 3]].tolist()} for k in (3, 4)]},
     "within a pose": {"metadata": {"fps": 30}, "frames": [{"frame_idx": k, "pose": IN_TURN} for k in (3, 4)]},
-    "named, beside others": [
+    "named, among others": [
         {"frame": k, "bbox": [1, 2, 3, 4], "note": "", **dict(zip(NAMED, objects("conf"), strict=True))} for k in (3, 4)
     ],
 }  # fmt: skip
@@ -417,7 +417,7 @@ def test_rate_and_size_beside_a_table(tmp_path: Path) -> None:
     write(tmp_path / "a.json", {"fps": 25, "width": 640, "height": 480})
     recording = keypoints.read(tmp_path / "a.csv")
     assert (recording.frame_rate_hz, recording.image_size) == (25.0, (640, 480))
-    (tmp_path / "README.txt").write_text("of whom this is\n", encoding="utf-8")
+    (tmp_path / "README.txt").write_text("whose film this is\n", encoding="utf-8")
     (tmp_path / "b.csv").mkdir()
     folder = keypoints.read(tmp_path)
     assert (folder.frame_rate_hz, folder.points.tolist()) == (25.0, recording.points.tolist())
@@ -567,7 +567,7 @@ PEOPLE = {
     "from the second frame on": lambda frames: [None, *frames[1:]],
     "numbered frames": lambda frames: {str(k): frame for k, frame in enumerate(frames)},
     "frames with a time": lambda frames: [
-        {"timestamp": k / 25, "keypoints": one} for k, one in enumerate(frames)
+        {"timestamp": k / 25, "keypoints": frame} for k, frame in enumerate(frames)
     ],
     "within": lambda frames: {"fps": 25, "frames": frames},
     "named": lambda frames: [dict(zip(NAMED, frame, strict=True)) for frame in frames],

@@ -20,8 +20,8 @@ def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("model")
     shapes = ((8, 3, 3), (6, 3), (20, 3), (2, 3))
     calibrations = {
-        whom: Calibration(*(np.full(shape, wide) for shape in shapes))
-        for whom, wide in ((AS_OURS, 1.0), (ANYBODY, 1.5))
+        group: Calibration(*(np.full(shape, wide) for shape in shapes))
+        for group, wide in ((AS_OURS, 1.0), (ANYBODY, 1.5))
     }
     model_file.save(
         model_file.TrainedModel(small, calibrations, {"people_by_source": {"synthetic": 1}}), folder

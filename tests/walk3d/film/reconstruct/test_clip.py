@@ -435,11 +435,11 @@ _NEAR = {
     "ankle": ("toe", "heel", "foot"),
     "wrist": ("hand", "tip", "handtip", "thumb", "pinky", "index"),
 }
-"""Joints beside which other points of layouts are."""
+"""Joints that have other points of layouts near them."""
 
 
 def _numbered(layout: str) -> Detections:
-    """Points of a layout, those that are no joints at or beside the nearest one."""
+    """Return points of a layout; a point that is not a joint is at or near the nearest joint."""
     values = in_layout(clip(90.0, ERROR), layout)
     pixels = in_layout(clip(90.0, ERROR), "walker15")
     for k, point in enumerate(layouts.layouts()[layout].points):
@@ -536,7 +536,7 @@ def test_names_decide_where_there_are_some(written: Callable[[str], str]) -> Non
     result = detections("trc", "a.trc", [(0, "", np.arange(3.0 * len(names)).reshape(-1, 3))], 1, names=names)
     layout, order, _ = layouts.recognise(result)
     assert order[layout.points.index("left_knee")] == 2
-    assert not layout.measured  # whose hips, nobody knows
+    assert not layout.measured  # the meaning of its hips is unknown
     short = detections("trc", "a.trc", [(0, "", np.arange(15.0).reshape(5, 3))], 1, names=names[:5])
     with rejects("no_legs"):
         layouts.recognise(short)
@@ -799,7 +799,7 @@ def test_the_model_that_ships_is_small_and_holds_no_person() -> None:
     trained = model_file.load()
     people = sum(trained.about["people_by_source"].values())
     assert trained.compact.walkers == people == 36
-    ours, anybody = (trained.calibrations[whom] for whom in (AS_OURS, ANYBODY))
+    ours, anybody = (trained.calibrations[group] for group in (AS_OURS, ANYBODY))
     assert anybody.joints[..., 2].mean() > ours.joints[..., 2].mean()
     assert len(trained.compact.components) < people / 2
     assert sum(path.stat().st_size for path in model_file.SHIPPED.iterdir()) < 2_000_000

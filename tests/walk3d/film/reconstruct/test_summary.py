@@ -1,4 +1,4 @@
-"""Numbers of a summary against the walk that they are said of, by name, axis and width of their bars."""
+"""Numbers of a summary against the walk that they describe, by name, axis and width of their bars."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from walk3d.film.walk.view import level_axes
 
 @pytest.fixture(scope="module")
 def walk(model: Path, tmp_path_factory: pytest.TempPathFactory) -> Walk:
-    """A walk of somebody of known stature, whose bars are those for anybody."""
+    """A walk of a person of known stature, whose bars are those for `anybody`."""
     sim = clip(-30.0, ERROR)
     path = alphapose(tmp_path_factory.mktemp("clip") / "a.json", in_layout(sim, "coco17"))
     options = given(path, focal_px=sim.focal_px, stature_mm=1700.0)
@@ -143,10 +143,10 @@ def test_the_range_of_a_knee_has_the_bars_of_the_table_of_numbers(walk: Walk) ->
 
 def test_nothing_is_said_of_sides_that_are_unsure(walk: Walk) -> None:
     calibrations = {  # a hundredth of the bars, so that sides differ
-        whom: Calibration(
+        group: Calibration(
             *(np.full_like(owner, 0.01) for owner in (first.joints, first.angles, first.cycle, first.view))
         )
-        for whom, first in walk.calibrations.items()
+        for group, first in walk.calibrations.items()
     }
     for unsure in (False, True):
         result = replace(walk.best.fitted, labels_unsure=unsure)
@@ -195,12 +195,12 @@ def test_a_doubtful_walk_says_what_is_usable(walk: Walk) -> None:
 
 
 def test_every_bar_is_of_the_calibration_that_is_named(walk: Walk) -> None:
-    widths = {whom: [np.full(shape, wide) for shape in ((8, 3, 3), (6, 3), (20, 3), (2, 3))]
-              for whom, wide in ((AS_OURS, 100.0), (ANYBODY, 200.0))}  # fmt: skip
-    walk = replace(walk, calibrations={whom: Calibration(*owner) for whom, owner in widths.items()})
-    first, other = (summarise(replace(walk, bars_for=whom)) for whom in (AS_OURS, ANYBODY))
+    widths = {group: [np.full(shape, wide) for shape in ((8, 3, 3), (6, 3), (20, 3), (2, 3))]
+              for group, wide in ((AS_OURS, 100.0), (ANYBODY, 200.0))}  # fmt: skip
+    walk = replace(walk, calibrations={group: Calibration(*owner) for group, owner in widths.items()})
+    first, other = (summarise(replace(walk, bars_for=group)) for group in (AS_OURS, ANYBODY))
     assert [message["bars"]["for"] for message in (first, other)] == [AS_OURS, ANYBODY]
-    narrow, wide = (first["bars"]["mean_half_width_95_mm"][whom] for whom in (AS_OURS, ANYBODY))
+    narrow, wide = (first["bars"]["mean_half_width_95_mm"][group] for group in (AS_OURS, ANYBODY))
     assert wide == pytest.approx(2 * narrow, abs=0.2)
     assert first["bars"]["mean_half_width_95_mm"] == other["bars"]["mean_half_width_95_mm"]
     for name in ANGLES:

@@ -55,7 +55,9 @@ MIRRORS = [Path(folder) for folder in os.environ.get("MOCAP_MIRROR", "").split("
 
 
 @pytest.mark.skipif(
-    not all(any((mirror / of).is_dir() for mirror in MIRRORS) for of in ("cmu", "biomechzoo", "people")),
+    not all(
+        any((mirror / source).is_dir() for mirror in MIRRORS) for source in ("cmu", "biomechzoo", "people")
+    ),
     reason="needs MOCAP_MIRROR with the recordings of data=many",
 )
 def test_the_model_that_comes_with_the_package_is_what_the_recordings_give() -> None:

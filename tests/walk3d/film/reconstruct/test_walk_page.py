@@ -74,7 +74,7 @@ def test_the_page_may_run_its_own_script_and_nothing_else(tmp_path: Path) -> Non
 
 
 def packed(path: Path) -> dict[str, object]:
-    """What the page draws."""
+    """Return the data that the page draws."""
     result = re.search(
         r'<script type="application/json" id="walk">(.*?)</script>', path.read_text(encoding="utf-8")
     )

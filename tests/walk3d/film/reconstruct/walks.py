@@ -17,7 +17,7 @@ ERROR = DetectorError(white_px=2.0, slow_px=2.0, bias_mm=5.0, missing=0.02, swap
 
 
 def given(path: Path, **more: object) -> Input:
-    """What is known of a simulated video."""
+    """Return the input that describes a simulated video."""
     options = {"path": str(path), "frame_rate_hz": 30.0, "width": SIZE[0], "height": SIZE[1], "focal_px": 0.0}
     return Input(**{**options, **more})  # type: ignore[arg-type]
 

@@ -28,8 +28,8 @@ def test_a_condition_changes_one_thing(changes: Changes) -> None:
     for condition in others:
         parts = [name for name in vars(first) if getattr(condition, name) != getattr(first, name)]
         changed = set(parts) - {"kind", "level"}
-        # Told of a bias, a model believes it; wrong labels are tried both ways; a focal length that is found is told
-        # wrong; else one thing alone is changed.
+        # A known bias is also an option of the model; wrong labels are tried both ways; an estimated focal length
+        # has a wrong start.  Every other condition changes one thing.
         both = condition.level in ("20 mm, told", "both tried") or condition.kind == "focal length found"
         assert len(changed) == (2 if both else 1), condition.name
 
@@ -49,7 +49,7 @@ def test_every_condition_has_the_same_clips(sources: int) -> None:
     }
     assert len({tuple(clips) for clips in filmed.values()}) == 1
     assert len({person for _, person, *_ in filmed[0]}) == 16
-    # Without people of another source nobody can be learnt from.
+    # Without people of another source there is no one to learn from.
     assert len(filmed) == len(sweep.conditions) - (sources == 1)
 
 

@@ -97,8 +97,8 @@ def test_a_film_that_hangs_upside_down_is_refused(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(film, "frames_of", lambda _: (2, 30.0))
     lying = np.column_stack([body[:, 1], -0.1 * body[:, 1], body[:, 2]])
     for points, upright in ((body, True), (lying, True), (body * [1, -1, 1], False)):
-        shown = [(at, picture, {0: points}) for at in (0.0, 1 / 30)]
-        monkeypatch.setattr(film, "followed", lambda *_, shown=shown: iter(shown))
+        frames = [(at, picture, {0: points}) for at in (0.0, 1 / 30)]
+        monkeypatch.setattr(film, "followed", lambda *_, frames=frames: iter(frames))
         with nullcontext() if upright else rejects("upside_down", "walk.mp4"):
             assert film.keypoints_of(Path("walk.mp4"), Pose.__new__(Pose)).width == 480
 

@@ -1,4 +1,4 @@
-"""Films as people make them: somebody stands first, the camera shakes, the rate is told wrong, nobody walks at all."""
+"""Films as people make them: a person stands first, the camera shakes, the given rate is wrong, or no person walks."""
 
 from __future__ import annotations
 
@@ -24,13 +24,19 @@ def filmed(positions: np.ndarray, seed: int, heading_deg: float, **filming: floa
     return simulate_keypoints(np.random.default_rng(seed), positions, RATE, placed, USUAL)
 
 
-def watched(sim: SimulatedKeypoints, told: float = 1.0) -> FilmResult:
+def watched(sim: SimulatedKeypoints, rate_factor: float = 1.0) -> FilmResult:
     observed = np.isfinite(sim.pixels).all(axis=-1).astype(float)
     return reconstruct_film(
         Film(
-            sim.pixels, observed, told * sim.frame_rate_hz, sim.focal_px, prior(), both_labellings=False, focal_sd=0.0
+            sim.pixels,
+            observed,
+            rate_factor * sim.frame_rate_hz,
+            sim.focal_px,
+            prior(),
+            both_labellings=False,
+            focal_sd=0.0,
         )
-    )  # fmt: skip
+    )
 
 
 @pytest.mark.parametrize("heading_deg", [-90.0, 30.0])
@@ -85,11 +91,11 @@ def test_who_does_something_else_does_not_walk(activity: Activity, heading_deg: 
     assert not watched(filmed(positions, 2, heading_deg)).walks
 
 
-@pytest.mark.parametrize("told", [0.5, 0.25, 2.0])
-def test_a_walk_that_is_none_at_the_rate_that_was_told_is_found_at_another(told: float) -> None:
+@pytest.mark.parametrize("rate_factor", [0.5, 0.25, 2.0])
+def test_a_walk_that_is_none_at_the_rate_that_was_told_is_found_at_another(rate_factor: float) -> None:
     walk = lasting(motions()[0], RATE, 3.0)
-    sim = filmed(walk, 3, 60.0, speed_mm_s=1200.0, frame_rate_hz=30.0 / min(told, 1.0))
-    result = watched(sim, told)
+    sim = filmed(walk, 3, 60.0, speed_mm_s=1200.0, frame_rate_hz=30.0 / min(rate_factor, 1.0))
+    result = watched(sim, rate_factor)
     best = result.stretches[0]
     assert best.reconstruction is not None
     assert best.walks
@@ -98,13 +104,13 @@ def test_a_walk_that_is_none_at_the_rate_that_was_told_is_found_at_another(told:
         assert best.judgement.verdict == "doubtful"
         assert any("frame rate is assumed to be" in note for note in result.notes)
     else:  # half as many strides a second are those of a slow walk
-        assert told == 0.5
-        assert result.frame_rate_hz == told * sim.frame_rate_hz
+        assert rate_factor == 0.5
+        assert result.frame_rate_hz == rate_factor * sim.frame_rate_hz
     assert stride == pytest.approx(walks()[0].frequency_hz, rel=0.03)
 
 
 def test_a_step_of_slow_motion_from_the_front_is_no_stride() -> None:
-    # At the rate that was told a step, of half the truth's period, passes for a slow stride.
+    # At the given rate a step, of half the truth's period, passes for a slow stride.
     walk = lasting(motions()[5], RATE, 4.0)
     sim = filmed(walk, 5, 180.0, speed_mm_s=1200.0, frame_rate_hz=120.0)
     result = watched(sim, 0.25)

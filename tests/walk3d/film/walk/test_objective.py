@@ -1,4 +1,4 @@
-"""What the refinement minimises: derivatives against differences, the minimum against a generic minimiser."""
+"""Objective of the refinement: derivatives against differences, the minimum against a generic minimiser."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Error bars of a reconstructed walk: what they are made of besides the fit."""
+"""Error bars of a reconstructed walk: their parts besides the fit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From keypoints to a walk, on synthetic people whom the model does not know."""
+"""From keypoints to a walk, on synthetic people who are not part of the model."""
 
 from __future__ import annotations
 

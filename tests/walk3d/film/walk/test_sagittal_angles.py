@@ -12,7 +12,7 @@ from walk3d.film.walk.sagittal_angles import ANGLES, sagittal_angles, sagittal_s
 
 
 def standing() -> np.ndarray:
-    """Somebody who stands straight with hanging arms, (15, 3)."""
+    """Return a person who stands straight with hanging arms, (15, 3)."""
     at = np.zeros((15, 3))
     heights = {"head": 700, "sternum": 500, "shoulder": 450, "elbow": 150, "wrist": -100, "hip": -20, "knee": -450,
                "ankle": -850, "pelvis": 0}  # fmt: skip
@@ -31,7 +31,7 @@ def turned(at: np.ndarray, centre: str, joints: tuple[str, ...], degrees: float)
     return result
 
 
-def said(at: np.ndarray) -> dict[str, float]:
+def angles_of(at: np.ndarray) -> dict[str, float]:
     """Angles that are not zero, in degrees."""
     result = zip(ANGLES, np.degrees(sagittal_angles(at)).round(6).tolist(), strict=True)
     return {name: angle for name, angle in result if angle}
@@ -39,26 +39,29 @@ def said(at: np.ndarray) -> dict[str, float]:
 
 def test_flexion_is_positive_and_extension_negative() -> None:
     straight = standing()
-    assert said(straight) == {}
-    assert said(turned(straight, "left_hip", ("left_knee", "left_ankle"), 30)) == {
+    assert angles_of(straight) == {}
+    assert angles_of(turned(straight, "left_hip", ("left_knee", "left_ankle"), 30)) == {
         "left_hip": 30,
         "left_shank": -30,
     }
-    assert said(turned(straight, "left_hip", ("left_knee", "left_ankle"), -20)) == {
+    assert angles_of(turned(straight, "left_hip", ("left_knee", "left_ankle"), -20)) == {
         "left_hip": -20,
         "left_shank": 20,
     }
-    assert said(turned(straight, "right_knee", ("right_ankle",), -60)) == {
+    assert angles_of(turned(straight, "right_knee", ("right_ankle",), -60)) == {
         "right_knee": 60,
         "right_shank": 60,
     }
-    assert said(turned(straight, "right_knee", ("right_ankle",), 5)) == {"right_knee": -5, "right_shank": -5}
-    assert said(turned(straight, "left_elbow", ("left_wrist",), 40)) == {"left_elbow": 40}
-    assert said(turned(straight, "right_shoulder", ("right_elbow", "right_wrist"), 25)) == {
+    assert angles_of(turned(straight, "right_knee", ("right_ankle",), 5)) == {
+        "right_knee": -5,
+        "right_shank": -5,
+    }
+    assert angles_of(turned(straight, "left_elbow", ("left_wrist",), 40)) == {"left_elbow": 40}
+    assert angles_of(turned(straight, "right_shoulder", ("right_elbow", "right_wrist"), 25)) == {
         "right_shoulder": 25
     }
     upper = tuple(j for j in WALKER15.joints if j in ("head", "sternum") or "shoulder" in j)
-    leaning = said(
+    leaning = angles_of(
         turned(straight, "pelvis", (*upper, *(j for j in WALKER15.joints if "elb" in j or "wri" in j)), -10)
     )
     assert leaning == {"left_hip": 10, "right_hip": 10, "trunk": 10}
@@ -68,7 +71,7 @@ def test_what_is_beside_the_plane_does_not_count() -> None:
     aside = standing()
     aside[WALKER15.index("left_elbow"), 0] -= 100
     aside[WALKER15.index("right_knee"), 0] += 80
-    assert said(aside) == {}
+    assert angles_of(aside) == {}
 
 
 @given(seed=st.integers(0, 2**32 - 1))
@@ -84,4 +87,4 @@ def test_derivatives_are_those_of_the_angles(seed: int) -> None:
 def test_angles_go_around_the_circle() -> None:
     raised = turned(standing(), "left_shoulder", ("left_elbow", "left_wrist"), 179)
     leant = turned(raised, "pelvis", ("sternum",), 10)
-    assert said(leant)["left_shoulder"] == pytest.approx(169)
+    assert angles_of(leant)["left_shoulder"] == pytest.approx(169)

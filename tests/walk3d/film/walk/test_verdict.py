@@ -1,4 +1,4 @@
-"""Where a walk begins to be doubtful and where it is refused, on either side of every threshold."""
+"""Thresholds of doubtful and of rejected walks, on either side of each."""
 
 from __future__ import annotations
 
