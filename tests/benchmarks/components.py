@@ -57,8 +57,8 @@ Walker = tuple[float, np.ndarray]  # speed, mm/s; joints (T, 15, 3), mm, to spar
 
 def cycles(positions: np.ndarray) -> np.ndarray:
     """Return the phase (T,), cycles, of a walk on the spot: that of the distance between the ankles."""
-    apart = positions[:, LEFT_LEG[2], 1] - positions[:, RIGHT_LEG[2], 1]
-    return np.unwrap(np.angle(hilbert(apart - apart.mean()))) / (2.0 * np.pi)
+    reach = positions[:, LEFT_LEG[2], 1] - positions[:, RIGHT_LEG[2], 1]
+    return np.unwrap(np.angle(hilbert(reach - reach.mean()))) / (2.0 * np.pi)
 
 
 def tissue(positions: np.ndarray, rms_mm: float, rng: np.random.Generator) -> np.ndarray:
@@ -122,8 +122,8 @@ def needed(left: np.ndarray, share: float) -> int:
 def crowd(seed: int) -> list[Walker]:
     """Return the walkers of a population."""
     members = walkers.members(derive_generator(seed, "ingest"), **split_by_sex(PEOPLE))
-    made = [walkers.walker(member, DURATION_S + SPARE_S, RATE_HZ, 0.5, 1.0) for member in members]
-    return [(person.speed, walk) for person, walk in made]
+    pairs = [walkers.walker(member, DURATION_S + SPARE_S, RATE_HZ, 0.5, 1.0) for member in members]
+    return [(person.speed, walk) for person, walk in pairs]
 
 
 def run(populations: int | str = 2) -> list[Row]:

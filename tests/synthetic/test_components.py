@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pipeline.skeleton import LEFT_LEG
-from tests.benchmarks import components
+from tests.benchmarks import components, over_range
 
 RATE_HZ = components.RATE_HZ
 
@@ -49,3 +49,9 @@ def test_a_walk_along_a_path_moves_at_the_speed_of_the_belt(walk: np.ndarray) ->
 def test_as_many_components_are_needed_as_bring_the_rest_to_the_share() -> None:
     left = np.array([1.0, 0.3, 0.05, 0.046, 0.0])
     assert [components.needed(left, share) for share in (0.5, 0.95, 0.954, 0.955)] == [1, 2, 3, 4]
+
+
+def test_coefficients_are_beyond_the_range_above_the_highest_and_below_the_lowest() -> None:
+    training = np.array([[0.0, -1.0], [2.0, 1.0], [1.0, 0.0]])
+    coefficients = np.array([[2.0, -1.0], [2.1, 0.0], [1.0, -1.1], [-0.1, 1.1]])
+    assert over_range.over_range(coefficients, training) == pytest.approx(50.0)
