@@ -21,6 +21,8 @@ film_with_truth   a film to 3D, against optical joint centres, no times; needs K
 keypoint_offsets   MediaPipe's joints against optical centres on one film, mm, no times; needs KEYPOINTS_RECORDINGS
 held_out_joints   joints of recorded people hidden and estimated: mm, no times; needs the recordings
 synthetic_people   next to recorded people: sway, bob, variance, offsets; no times; needs the recordings
+components      of people whose motion is disturbed: noise, soft tissue, uneven strides, overground; no times
+over_range      coefficients beyond the training people's range, by image noise and components; no times
 whole           zhang2004 and zhang2007 at full scale: seconds of each stage, and memory
 
 Each is printed and written to results/bench/NAME.csv, with versions, machine and commit in NAME.json; `figures` and
@@ -68,6 +70,8 @@ BENCHMARKS = (
     "keypoint_offsets",
     "film_with_truth",
     "synthetic_people",
+    "components",
+    "over_range",
     "whole",
 )
 RESULTS = Path(__file__).resolve().parents[2] / "results" / "bench"
