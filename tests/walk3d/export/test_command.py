@@ -240,7 +240,9 @@ def test_inspect_says_that_files_of_one_name_need_the_person(walk: np.ndarray, t
     assert [first.name for first in result] == ["anna/walk_1.trc", "ben/walk_1.trc", "eva/walk_1.trc"]
     count, requested, following = summary(tmp_path, result)
     assert count == "3 of 3 files contain walks, of 3 people: anna, ben, eva"
-    assert "several folders have files of the same name: set data.person='^(.+?)/' if each folder" in requested
+    assert (
+        "several folders have files of the same name: set data.person='^(.+?)/' if each folder" in requested
+    )
     assert following.endswith("skeleton=auto data.person='^(.+?)/'")
 
 
