@@ -231,7 +231,7 @@ def test_every_published_number_is_quoted_and_has_a_figure_and_a_commit() -> Non
     ):
         assert re.fullmatch(r"[0-9a-f]{12}", commit)
         if figure:
-            claim, _, switch = name.partition(published.APART)
+            claim, _, switch = name.partition(published.SEPARATOR)
             assert papers.quantity(claim).figure == figure
             assert claim in quoted, "a number that no table shows"
             assert not switch or switch in {

@@ -615,7 +615,7 @@ def test_a_listed_recording_that_is_not_here_is_listed_as_such(
     )  # fmt: skip
     assert (message.status, message.err) == (0, "")
     report = ingest_report(tmp_path / "results")
-    assert "not on this machine" in report["gone_1"]["reason"]
+    assert "not available" in report["gone_1"]["reason"]
     assert "1 of 5 clips are rejected" in message.out
 
 
@@ -639,7 +639,7 @@ def test_a_listed_recording_that_was_changed_is_refused_and_the_others_are_used(
         "anna_1": "kept", "bela_1": "refused", "cleo_1": "kept", "dora_1": "kept"
     }  # fmt: skip
     assert report["bela_1"]["reason"].startswith(
-        "bela_1.csv: the file is not the recording that the table lists"
+        "bela_1.csv: the file differs from the listed recording"
     )
     assert f"expected sha256 {hashlib.sha256(content).hexdigest()[:12]}…" in report["bela_1"]["reason"]
     assert "1 of 4 clips are rejected" in message.out
@@ -973,11 +973,11 @@ def test_what_a_data_set_has_nothing_for_is_left_out_and_said(
     assert message.status == 1, "none of its recordings is on this machine"
     assert "Left out: " in message.out
     assert "zhang2007_fig5" in message.out
-    assert "holds no walks" in message.out
+    assert "has no walks" in message.out
     assert_one_sentence(message.err, "none of the 32 recordings", "make data")
     chosen = say("figures", "data=hdm05", "experiment=zhang2007_fig5", f"results={tmp_path}")
     assert chosen.status == 1
-    assert_one_sentence(chosen.err, "zhang2007_fig5", "holds no walks")
+    assert_one_sentence(chosen.err, "zhang2007_fig5", "has no walks")
 
 
 # --- variants ---------------------------------------------------------------------------------------------

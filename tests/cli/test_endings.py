@@ -154,7 +154,7 @@ def test_what_workers_leave_that_have_to_be_killed_is_removed(
     ready = context.Event()
 
     us = os.getpid()
-    monkeypatch.setattr(pool, "TIMES", 1)
+    monkeypatch.setattr(pool, "MAX_SIGNALS", 1)
     monkeypatch.setattr(pool, "SIGNAL_INTERVAL_S", 0.0)
 
     def deaf() -> None:

@@ -255,7 +255,7 @@ def test_a_file_goes_neither_over_its_source_nor_into_a_published_folder(
         source = tmp_path / "walk.c3d"
         shutil.copy(given / "walk.c3d", source)
         message = say(command, str(source), f"to={source}", "replace=true")
-        assert (message.status, "it is what is read" in message.err) == (1, True)
+        assert (message.status, "it is an input of this command" in message.err) == (1, True)
         assert source.read_bytes() == before["walk.c3d"]
     assert contents(given) == before
 

@@ -216,7 +216,7 @@ def test_a_signal_ends_all_processes_and_the_next_run_goes_on(
         assert none_is_left(process.pid)
     if number != signal.SIGKILL:
         assert process.returncode == 130
-        assert err == "interrupted: what was finished is kept; the same command continues from there\n"
+        assert err == "interrupted: finished work is kept, and the same command continues from there\n"
         hidden = list(tmp_path.rglob(".*"))
         assert hidden == [], "no temporary folder, no lock"
     assert [path.name for path in tmp_path.glob("scratch/*/*")] == ["zhang2007_fig2"]

@@ -207,7 +207,7 @@ def test_a_run_points_at_clips_far_from_the_others_by_their_code() -> None:
         synthetic_walks(SyntheticData(name="s", walkers=3, duration_s=5.0), 1, 1), report=rows
     )
     assert [remark.partition(":")[0] for remark in _remarks_on(clips)] == [
-        "a is strange", "1 of 3 clips refused, with reasons, in table_ingest.csv (e.g. c"
+        "a is strange", "1 of 3 clips are rejected; table_ingest.csv has the reasons (e.g. c"
     ]  # fmt: skip
 
 

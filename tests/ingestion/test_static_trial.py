@@ -187,7 +187,7 @@ def test_inspect_takes_a_static_trial_and_guesses_no_joint_from_clusters(tmp_pat
     assert result.strides > 3
     moving, still = inspect([str(tmp_path / "walk")])
     assert any("15 of 15 joints" in line for line in moving.lines)
-    assert any("nobody moves" in line for line in still.lines)
+    assert any("the person does not move" in line for line in still.lines)
 
 
 @pytest.mark.parametrize(

@@ -72,13 +72,21 @@ def test_pairs_give_the_variance_also_of_unequal_lengths() -> None:
 def test_the_pattern_of_others_has_not_seen_the_person() -> None:
     person = np.array(["a", "a", "b", "b", "c"])
     distances = np.abs(np.arange(5.0)[:, None] - np.arange(5.0))
-    chosen, arbitrary = patterns_of_others(distances, person)
+    seen: list[list[int]] = []
+
+    def middle(others: np.ndarray) -> int:
+        """Position of the median among the others, who are recorded."""
+        seen.append(others.tolist())
+        return len(others) // 2
+
+    chosen, arbitrary = patterns_of_others(distances, person, middle)
+    assert seen == [[2, 3, 4], [0, 1, 4], [0, 1, 2, 3]]
     assert chosen[0] == distances[3, 0], "of 2, 3, 4 the middle one is the median"
     assert arbitrary[0] == distances[[2, 3, 4], 0].mean()
     moved = distances.copy()
     moved[:2, :2] = 99.0  # among the person's own
-    assert patterns_of_others(moved, person)[0][:2].tolist() == chosen[:2].tolist()
-    assert np.isnan(patterns_of_others(distances, np.repeat("a", 5))[0]).all()
+    assert patterns_of_others(moved, person, middle)[0][:2].tolist() == chosen[:2].tolist()
+    assert np.isnan(patterns_of_others(distances, np.repeat("a", 5), middle)[0]).all()
 
 
 def test_moments_of_people_give_the_covariance_of_all_their_postures(dataset: Postures) -> None:
