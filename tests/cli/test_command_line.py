@@ -638,9 +638,7 @@ def test_a_listed_recording_that_was_changed_is_refused_and_the_others_are_used(
     assert {name: row["verdict"] for name, row in report.items()} == {
         "anna_1": "kept", "bela_1": "refused", "cleo_1": "kept", "dora_1": "kept"
     }  # fmt: skip
-    assert report["bela_1"]["reason"].startswith(
-        "bela_1.csv: the file differs from the listed recording"
-    )
+    assert report["bela_1"]["reason"].startswith("bela_1.csv: the file differs from the listed recording")
     assert f"expected sha256 {hashlib.sha256(content).hexdigest()[:12]}…" in report["bela_1"]["reason"]
     assert "1 of 4 clips are rejected" in message.out
 

@@ -78,8 +78,14 @@ MANIFESTS: dict[str, tuple[Callable[[Path], Any], str]] = {
     "of another type": (sealed_with(stages=[3]), "manifest.json has missing or unexpected entries"),
     "of other stages": (sealed_with(stages={"sweep": 3}), "manifest.json has missing or unexpected entries"),
     "without options": (sealed_with(configuration=None), "has no entry 'configuration'"),
-    "outside": (listing("../../../x.json"), "manifest.json lists a file whose path is not inside its folder: '../../../x.json'"),
-    "from the root": (listing("/tmp/x.json"), "manifest.json lists a file whose path is not inside its folder: '/tmp/x.json'"),
+    "outside": (
+        listing("../../../x.json"),
+        "manifest.json lists a file whose path is not inside its folder: '../../../x.json'",
+    ),
+    "from the root": (
+        listing("/tmp/x.json"),
+        "manifest.json lists a file whose path is not inside its folder: '/tmp/x.json'",
+    ),
 }
 """Ways to spoil the manifest of a figure, and the complaints about them."""
 

@@ -93,8 +93,8 @@ def test_a_worker_that_dies_is_named_and_the_others_go_on(
         message = say(*arguments)
     assert message.status == 1
     assert message.err.strip() == (
-        "not made (zhang2007_fig5): the process that made it ended by signal 9; "
-        "finished stages are kept: the same command continues"
+        "not made (zhang2007_fig5): the process of the figure ended by signal 9; "
+        "finished stages are kept, and the same command continues"
     )
     assert {path.parent.name for path in tmp_path.glob("scratch/*/*/table.csv")} == {
         "zhang2007_fig2", "zhang2007_fig6"

@@ -145,7 +145,7 @@ def test_means_of_groups_are_the_same_where_only_cells_with_rows_are_held(seed: 
     result = rng.normal(size=80)
     with pytest.MonkeyPatch.context() as patch:
         dense = part.group_means(result, group, 10)
-        patch.setattr(rows, "_SPARSE", 0)
+        patch.setattr(rows, "_MAX_DENSE", 0)
         sparse = part.group_means(result, group, 10)
     np.testing.assert_allclose(sparse[0], dense[0], rtol=1e-12)
     np.testing.assert_array_equal(sparse[1], dense[1])

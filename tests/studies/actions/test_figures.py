@@ -392,5 +392,7 @@ def test_too_few_performances_are_refused_with_the_reasons_of_those_that_are(
     output = synthetic_performances(SyntheticPerformances(performances=3), 3)
     for n in range(2):
         trc.write(tmp_path / f"p{n}_1.trc", WALKER15.joints, output.motion(n)[: 90 * n or 5], 30.0)
-    with pytest.raises(InvalidInput, match=r"\(expected 3 or more, found p0_1\.trc: the clip is too short [^;]*\)$"):
+    with pytest.raises(
+        InvalidInput, match=r"\(expected 3 or more, found p0_1\.trc: the clip is too short [^;]*\)$"
+    ):
         make(store, "mozerov2006_fig2", "data=folder", f"data.path={tmp_path}", "skeleton=auto")
