@@ -845,7 +845,7 @@ def test_a_recording_cut_short_by_a_full_disk_is_not_published(tmp_path: Path) -
     done = python("-c", textwrap.dedent(FULL_DISK), str(tmp_path))
     assert done.returncode == 1, done.stderr
     assert "Traceback" not in done.stderr
-    assert "cannot write results: the recording was cut short" in done.stderr.splitlines()[-1]
+    assert "cannot write results: the recording is truncated" in done.stderr.splitlines()[-1]
     figure = tmp_path / "synthetic" / "smoke" / "zhang2007_fig4"
     assert sealed_folders.complaints_about(figure) == [], "the older figure stands as it was"
     assert (figure / "recording.rrd").stat().st_size > 400_000
