@@ -72,15 +72,15 @@ def test_pairs_give_the_variance_also_of_unequal_lengths() -> None:
 def test_the_pattern_of_others_has_not_seen_the_person() -> None:
     person = np.array(["a", "a", "b", "b", "c"])
     distances = np.abs(np.arange(5.0)[:, None] - np.arange(5.0))
-    seen: list[list[int]] = []
+    groups: list[list[int]] = []
 
     def middle(others: np.ndarray) -> int:
         """Position of the median among the others, who are recorded."""
-        seen.append(others.tolist())
+        groups.append(others.tolist())
         return len(others) // 2
 
     chosen, arbitrary = patterns_of_others(distances, person, middle)
-    assert seen == [[2, 3, 4], [0, 1, 4], [0, 1, 2, 3]]
+    assert groups == [[2, 3, 4], [0, 1, 4], [0, 1, 2, 3]]
     assert chosen[0] == distances[3, 0], "of 2, 3, 4 the middle one is the median"
     assert arbitrary[0] == distances[[2, 3, 4], 0].mean()
     moved = distances.copy()
