@@ -231,10 +231,9 @@ def together(
     """
     mean = performances.mean(axis=0)
     _, spread, axes = np.linalg.svd(performances - mean, full_matrices=False)
-    normal = generator.standard_normal((count, len(spread)))
-    while (outside := np.abs(normal) > bound).any():
-        normal[outside] = generator.standard_normal(int(outside.sum()))
-    return mean + normal * (spread / np.sqrt(len(performances) - 1.0)) @ axes
+    deviation = spread[None] / np.sqrt(len(performances) - 1.0)
+    principal = action_model.ActionModel(np.zeros_like(deviation), deviation, np.zeros(deviation.shape, bool))
+    return mean + action_model.sample(principal, count, generator, at=0, bound=bound) @ axes
 
 
 def tail(closest: np.ndarray) -> dict[str, float]:

@@ -127,3 +127,24 @@ def test_the_figure_shows_what_is_in_its_table(smoke_results: Path) -> None:
 def test_frames_that_are_none_are_refused(override: str, rejection: AbstractContextManager) -> None:
     with rejection:
         compose(["experiment=mozerov2006_fig4", *override.split()]).validate()
+
+
+def test_postures_together_have_the_covariance_and_the_bounds_of_the_performances() -> None:
+    rng = np.random.default_rng(3)
+    performances = rng.standard_normal((12, 4)) @ rng.standard_normal((4, 4)) + 5.0
+    postures = posture_samples.together(performances, 40_000, rng, bound=8.0)
+    covariance = np.cov(performances.T)
+    np.testing.assert_allclose(np.cov(postures.T), covariance, atol=0.05 * np.abs(covariance).max())
+    np.testing.assert_allclose(postures.mean(axis=0), performances.mean(axis=0), atol=0.1)
+    narrow = posture_samples.together(performances, 500, rng, bound=0.5) - performances.mean(axis=0)
+    variances, axes = np.linalg.eigh(covariance)
+    assert 0.49 < np.abs(narrow @ axes / np.sqrt(variances)).max() <= 0.5
+    least = posture_samples.together(performances, 5, rng, bound=1e-9)  # ends, and is the mean
+    np.testing.assert_allclose(least, np.tile(performances.mean(axis=0), (5, 1)), atol=1e-7)
+
+
+def test_a_tail_worked_out_in_the_head() -> None:
+    distances = np.arange(101.0) + 20.0  # 20 to 120 mm, 20 of them beyond 100 mm
+    tail = posture_samples.tail(distances)
+    assert tail["nearest_training_p95_mm"] == 115.0
+    assert tail["beyond_100mm_percent"] == pytest.approx(100.0 * 20 / 101)
