@@ -23,6 +23,7 @@ held_out_joints   joints of recorded people hidden and estimated: mm, no times; 
 synthetic_people   next to recorded people: sway, bob, variance, offsets; no times; needs the recordings
 components      of people whose motion is disturbed: noise, soft tissue, uneven strides, overground; no times
 over_range      coefficients beyond the training people's range, by image noise and components; no times
+recognition     bends, squats and walks by the model of bends, no times; needs the recordings
 whole           zhang2004 and zhang2007 at full scale: seconds of each stage, and memory
 
 Each is printed and written to results/bench/NAME.csv, with versions, machine and commit in NAME.json; `figures` and
@@ -72,6 +73,7 @@ BENCHMARKS = (
     "synthetic_people",
     "components",
     "over_range",
+    "recognition",
     "whole",
 )
 RESULTS = Path(__file__).resolve().parents[2] / "results" / "bench"
