@@ -99,120 +99,161 @@ class PostureSampling(Sweep):
 
     def measure(self, inputs: ActionInputs) -> SampledPostures:
         """Return joints of postures sampled at each frame, and statistics of their distances."""
-        action, bound = inputs.model, inputs.model_options.bound
-        performances, learnt = action.synchronized, action.model
-        unsynchronized = action_model.learn(action.linear)
-        body = inputs.dataset.mean_body()
-
-        def joints(coordinates: np.ndarray) -> np.ndarray:
-            return posture.joints(action.space.postures(coordinates), body, frame=inputs.dataset.frame)
-
-        training, mean_performance = joints(performances), joints(learnt.mean)
-        displayed_bodies, rows, between = [], [], {}
-        displayed_together, tails = [], []
-        for number in self.frames:
-            at = number - 1
-            generator = np.random.default_rng([inputs.seed, _STREAM, number])
-            drawn = {
-                "accepted": action_model.sample(learnt, self.measured, generator, at=at, bound=bound),
-                "outside": beyond(learnt, self.measured, generator, at=at, bound=bound),
-                "training": performances[:, at],
-                "unsynchronized": action_model.sample(
-                    unsynchronized, self.measured, generator, at=at, bound=bound
-                ),
-            }
-            displayed = np.concatenate([learnt.mean[[at]], drawn["accepted"][: self.samples]])
-            displayed_bodies.append(joints(displayed))
-            for kind in KINDS:
-                coordinates = drawn[kind]
-                bodies = joints(coordinates)
-                distances = nearest(bodies, training, inputs.workers)
-                if kind == "training":
-                    # Nearest posture of the other performances: a posture is at distance 0 from itself.
-                    np.fill_diagonal(distances, np.inf)
-                    between[number] = distances
-                closest = distances.min(axis=1)
-                about = unsynchronized if kind == "unsynchronized" else learnt
-                from_mean = np.linalg.norm(bodies - joints(about.mean[at]), axis=-1).mean(axis=-1)
-                cosines = action.space.postures(coordinates)[:, 1:].reshape(len(coordinates), -1, 3)
-                norms = np.linalg.norm(cosines, axis=-1)
-                within = np.abs(coordinates - learnt.mean[at]) <= bound * learnt.standard_deviation[at]
-                row = {
-                    "frame": number,
-                    "kind": kind,
-                    "draws": len(coordinates),
-                    "acceptance": action_model.accepted(learnt, coordinates, at=at, bound=bound).mean(),
-                    "nearest_training_mm": np.median(closest),
-                    "nearest_training_max_mm": closest.max(),
-                    "spread_mm": np.median(from_mean),
-                    "limb_direction_norm_min": norms.min(),
-                    "limb_direction_norm_max": norms.max(),
-                    "bounds_held_fraction": within.mean(),
-                }
-                rows.append(row)
-            joint_generator = derive_generator(inputs.seed, f"sweep:posture samples together:{number}")
-            drawn["together"] = together(performances[:, at], self.measured, joint_generator, bound=bound)
-            displayed_together.append(
-                joints(np.concatenate([learnt.mean[[at]], drawn["together"][: self.samples]]))
-            )
-            for kind in TAILS:
-                distances = nearest(joints(drawn[kind]), training, inputs.workers)
-                tails.append({"frame": number, "kind": kind, **tail(distances.min(axis=1))})
+        action = _Action(inputs)
+        frames = [self._at_frame(action, number) for number in self.frames]
         people, person = np.unique(inputs.dataset.person, return_inverse=True)
         weights = bootstrap.resampling_weights(len(people), derive_generator(0, "people"))
         weights = weights[(weights > 0).sum(axis=1) > 1][: self.resamples]  # a single person may not vary
+        between = {frame.number: frame.between for frame in frames}
 
         def again(draw: int) -> tuple[list[tuple[Any, ...]], list[tuple[Any, ...]]]:
-            """Return the medians of both distances for one resample of people, and the tails."""
-            resampled = np.repeat(np.arange(len(performances)), weights[draw, person])
-            others = np.unique(resampled)
-            models = action_model.learn(performances[resampled]), action_model.learn(action.linear[resampled])
-            medians, resampled_tails = [], []
-            for number in self.frames:
-                at, generator = number - 1, np.random.default_rng([inputs.seed, _STREAM, number, draw])
-                for kind in KINDS:
-                    model = models[kind == "unsynchronized"]
-                    if kind == "training":
-                        bodies, distances = training[resampled, at], between[number][resampled][:, others]
-                    else:
-                        draws = beyond if kind == "outside" else action_model.sample
-                        bodies = joints(draws(model, RESAMPLED_POSTURES, generator, at=at, bound=bound))
-                        distances = nearest(bodies, training[others], 1)
-                    from_mean = np.linalg.norm(bodies - joints(model.mean[at]), axis=-1).mean(axis=-1)
-                    closest, spread = np.median(distances.min(axis=1)), np.median(from_mean)
-                    medians.append((draw + 1, number, kind, closest, spread))
-                joint_generator = derive_generator(
-                    inputs.seed, f"sweep:posture samples together:{number}:{draw}"
-                )
-                of_tails = {
-                    "accepted": action_model.sample(
-                        models[0], TAIL_POSTURES, joint_generator, at=at, bound=bound
-                    ),
-                    "together": together(
-                        performances[resampled, at], TAIL_POSTURES, joint_generator, bound=bound
-                    ),
-                    "unsynchronized": action_model.sample(
-                        models[1], TAIL_POSTURES, joint_generator, at=at, bound=bound
-                    ),
-                }
-                for kind in TAILS:
-                    distances = nearest(joints(of_tails[kind]), training[others], 1)
-                    resampled_tails.append((draw + 1, number, kind, *tail(distances.min(axis=1)).values()))
-            return medians, resampled_tails
+            return action.resampled(draw, np.repeat(np.arange(len(person)), weights[draw, person]), between)
 
         drawn_again = map_processes(again, range(len(weights)), inputs.workers)
+        medians, tails = ([row for part in drawn_again for row in part[k]] for k in (0, 1))
         return SampledPostures(
-            rows=pd.DataFrame(rows),
-            again=pd.DataFrame([row for rows, _ in drawn_again for row in rows], columns=RESAMPLED_COLUMNS),
-            tails=pd.DataFrame(tails),
-            tails_again=pd.DataFrame(
-                [row for _, rows in drawn_again for row in rows], columns=RESAMPLED_TAILS
-            ),
+            rows=pd.DataFrame([row for frame in frames for row in frame.rows]),
+            again=pd.DataFrame(medians, columns=RESAMPLED_COLUMNS),
+            tails=pd.DataFrame([row for frame in frames for row in frame.tails]),
+            tails_again=pd.DataFrame(tails, columns=RESAMPLED_TAILS),
             frames=np.array(self.frames),
-            bodies=np.stack(displayed_bodies),
-            mean_performance=mean_performance,
-            bodies_together=np.stack(displayed_together),
+            bodies=np.stack([frame.bodies for frame in frames]),
+            mean_performance=action.joints(action.learnt.mean),
+            bodies_together=np.stack([frame.bodies_together for frame in frames]),
         )
+
+    def _at_frame(self, action: _Action, number: int) -> _Frame:
+        """Return the samples of one frame of the mean performance, counted from 1, and their distances."""
+        at, inputs = number - 1, action.inputs
+        generator = np.random.default_rng([inputs.seed, _STREAM, number])
+        drawn = {
+            kind: action.draw(kind, (action.learnt, action.unsynchronized), self.measured, generator, at)
+            for kind in KINDS
+        }
+        together_generator = derive_generator(inputs.seed, f"sweep:posture samples together:{number}")
+        drawn["together"] = together(drawn["training"], self.measured, together_generator, bound=action.bound)
+        bodies = {kind: action.joints(coordinates) for kind, coordinates in drawn.items()}
+        distances = {kind: nearest(x, action.training, inputs.workers) for kind, x in bodies.items()}
+        # Nearest posture of the other performances: a posture is at distance 0 from itself.
+        np.fill_diagonal(distances["training"], np.inf)
+        closest = {kind: x.min(axis=1) for kind, x in distances.items()}
+        mean = action.joints(action.learnt.mean[[at]])
+        return _Frame(
+            number=number,
+            rows=[action.row(number, kind, drawn[kind], bodies[kind], closest[kind]) for kind in KINDS],
+            tails=[{"frame": number, "kind": kind, **tail(closest[kind])} for kind in TAILS],
+            between=distances["training"],
+            bodies=np.concatenate([mean, bodies["accepted"][: self.samples]]),
+            bodies_together=np.concatenate([mean, bodies["together"][: self.samples]]),
+        )
+
+
+@dataclass(frozen=True)
+class _Frame:
+    """Measurements at one frame: tables, distances between recorded postures (M, M), bodies for display."""
+
+    number: int
+    rows: list[dict[str, Any]]
+    tails: list[dict[str, Any]]
+    between: np.ndarray
+    bodies: np.ndarray
+    bodies_together: np.ndarray
+
+
+class _Action:
+    """Action model from which postures are sampled, with the recorded postures as joints (M, P, 15, 3), mm."""
+
+    def __init__(self, inputs: ActionInputs) -> None:
+        self.inputs, self.bound = inputs, inputs.model_options.bound
+        self.performances, self.linear = inputs.model.synchronized, inputs.model.linear
+        self.learnt, self.unsynchronized = inputs.model.model, action_model.learn(self.linear)
+        self.body = inputs.dataset.mean_body()
+        self.training = self.joints(self.performances)
+
+    def joints(self, coordinates: np.ndarray) -> np.ndarray:
+        """Return the joints (…, 15, 3), mm, of postures (…, b) for a body of mean limb lengths."""
+        postures = self.inputs.model.space.postures(coordinates)
+        return posture.joints(postures, self.body, frame=self.inputs.dataset.frame)
+
+    def draw(
+        self,
+        kind: str,
+        models: tuple[ActionModel, ActionModel],
+        count: int,
+        generator: np.random.Generator,
+        at: int,
+    ) -> np.ndarray:
+        """Return postures (count, b) of one of `KINDS`, from the models with and without synchronization."""
+        if kind == "training":
+            return self.performances[:, at]
+        draws = beyond if kind == "outside" else action_model.sample
+        return draws(models[kind == "unsynchronized"], count, generator, at=at, bound=self.bound)
+
+    def row(
+        self, number: int, kind: str, coordinates: np.ndarray, bodies: np.ndarray, closest: np.ndarray
+    ) -> dict[str, Any]:
+        """Return the row of ``rows`` for postures (S, b) of one kind, bodies (S, 15, 3) and distances (S,), mm."""
+        at, learnt = number - 1, self.learnt
+        cosines = self.inputs.model.space.postures(coordinates)[:, 1:].reshape(len(coordinates), -1, 3)
+        norms = np.linalg.norm(cosines, axis=-1)
+        within = np.abs(coordinates - learnt.mean[at]) <= self.bound * learnt.standard_deviation[at]
+        model = self.unsynchronized if kind == "unsynchronized" else learnt
+        return {
+            "frame": number,
+            "kind": kind,
+            "draws": len(coordinates),
+            "acceptance": action_model.accepted(learnt, coordinates, at=at, bound=self.bound).mean(),
+            "nearest_training_mm": np.median(closest),
+            "nearest_training_max_mm": closest.max(),
+            "spread_mm": self._spread(bodies, model, at),
+            "limb_direction_norm_min": norms.min(),
+            "limb_direction_norm_max": norms.max(),
+            "bounds_held_fraction": within.mean(),
+        }
+
+    def _spread(self, bodies: np.ndarray, model: ActionModel, at: int) -> float:
+        """Return the median over bodies (S, 15, 3) of the mean joint distance, mm, from the mean posture."""
+        return np.median(np.linalg.norm(bodies - self.joints(model.mean[at]), axis=-1).mean(axis=-1))
+
+    def resampled(
+        self, draw: int, resampled: np.ndarray, between: dict[int, np.ndarray]
+    ) -> tuple[list[tuple[Any, ...]], list[tuple[Any, ...]]]:
+        """Return the medians of both distances, and the tails, by models of resampled performances.
+
+        Parameters
+        ----------
+        draw : int
+            Number of the resample, from 0.
+        resampled : (N,) int
+            Performances, with repetitions.
+        between : dict of int to (M, M)
+            Distances between recorded postures at each frame, mm.
+        """
+        others, seed = np.unique(resampled), self.inputs.seed
+        models = (
+            action_model.learn(self.performances[resampled]), action_model.learn(self.linear[resampled])
+        )  # fmt: skip
+        medians, tails = [], []
+        for number, distances_between in between.items():
+            at, generator = number - 1, np.random.default_rng([seed, _STREAM, number, draw])
+            for kind in KINDS:
+                if kind == "training":
+                    bodies, distances = self.training[resampled, at], distances_between[resampled][:, others]
+                else:
+                    bodies = self.joints(self.draw(kind, models, RESAMPLED_POSTURES, generator, at))
+                    distances = nearest(bodies, self.training[others], 1)
+                spread = self._spread(bodies, models[kind == "unsynchronized"], at)
+                medians.append((draw + 1, number, kind, np.median(distances.min(axis=1)), spread))
+            generator = derive_generator(seed, f"sweep:posture samples together:{number}:{draw}")
+            for kind in TAILS:
+                drawn = (
+                    together(self.performances[resampled, at], TAIL_POSTURES, generator, bound=self.bound)
+                    if kind == "together"
+                    else self.draw(kind, models, TAIL_POSTURES, generator, at)
+                )
+                distances = nearest(self.joints(drawn), self.training[others], 1)
+                tails.append((draw + 1, number, kind, *tail(distances.min(axis=1)).values()))
+        return medians, tails
 
 
 def together(
