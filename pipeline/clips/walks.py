@@ -172,8 +172,14 @@ def _steady_part(
             code="too_few_strides",
             strides=row["strides"],
         )
+    _require_periodic(row, steady, worst)
+    return level
+
+
+def _require_periodic(row: Mapping[str, Any], steady: Steady, worst: str) -> None:
+    """Raise InvalidInput, with the overrides that accept the walk, unless two harmonics describe it well enough."""
     share, min_share = row["fundamental_share"], steady.fundamental_share
-    residual, max_residual = series.residual_fraction, steady.residual_share
+    residual, max_residual = row["residual_share"], steady.residual_share
     overrides = (
         [f"data.steady.fundamental_share={np.floor(100 * share) / 100:g}"] if share < min_share else []
     )
@@ -184,7 +190,7 @@ def _steady_part(
         raise InvalidInput(
             "the fundamental frequency looks wrong: it holds too little of the variance",
             expected=f"{min_share:g} or more",
-            received=f"{told_apart(share, min_share, 2)} at {series.frequency_hz:.2f} Hz;"
+            received=f"{told_apart(share, min_share, 2)} at {row['frequency_hz']:.2f} Hz;"
             f" taken with {' '.join(overrides)}",
             code="low_fundamental",
             take=overrides,
@@ -197,7 +203,6 @@ def _steady_part(
             code="not_periodic",
             take=overrides,
         )
-    return level
 
 
 def _completed(

@@ -105,13 +105,7 @@ def claim_entry(
             close=interval(limits.close),
             reason=limits.reason,
             written=written,
-            registered={
-                data: Interval(value - share * abs(value), value + share * abs(value))
-                for (data, item), value in registered.items()
-                if item == name
-            }
-            if share
-            else None,
+            registered=_registered(name, share, registered),
         ),
         rests_on=(),
     )
@@ -119,12 +113,6 @@ def claim_entry(
         raise InvalidInput("no 'class'", where, code="missing_key", key="class")
     if compared:
         require_choice(f"{where}, class", measures, list(baselines))
-    if not judged and (claim.figure or claim.measure or claim.bounds.agrees):
-        raise InvalidInput(
-            "is untestable, but has a figure, a measure or bounds",
-            where,
-            code="untestable_with_measure",
-        )
     if claim.baseline and claim.baseline.assumed:
         assumed = {**claim.baseline.assumed, **claim.scope.assumed}
         claim = replace(claim, scope=replace(claim.scope, assumed=assumed))
@@ -134,6 +122,28 @@ def claim_entry(
             f"{where}, bounds",
             code="registered_not_a_condition",
         )
+    _require_consistent(claim, where, measures)
+    return claim
+
+
+def _registered(
+    name: str, share: float, values: Mapping[tuple[str, str], float]
+) -> dict[str, Interval] | None:
+    """Return the interval of a share about the registered value, by data set; None if the claim has none."""
+    if not share:
+        return None
+    own = {data: value for (data, item), value in values.items() if item == name}
+    return {data: Interval(x - share * abs(x), x + share * abs(x)) for data, x in own.items()}
+
+
+def _require_consistent(claim: Claim, where: str, measures: str) -> None:
+    """Raise InvalidInput if parts of a claim contradict each other; `measures` is its class."""
+    if claim.scope.untestable and (claim.figure or claim.measure or claim.bounds.agrees):
+        raise InvalidInput(
+            "is untestable, but has a figure, a measure or bounds",
+            where,
+            code="untestable_with_measure",
+        )
     criteria.check_bounds(claim, f"{where}, bounds")
     if claim.baseline and claim.baseline.replace and claim.of_baseline is None:
         raise InvalidInput(
@@ -141,7 +151,6 @@ def claim_entry(
             where,
             code="baseline_replaces_nothing",
         )
-    return claim
 
 
 @dataclass(frozen=True)

@@ -149,39 +149,13 @@ def _stretch(stretch: Stretch, walk: Walk) -> dict[str, Any]:
     described["distance_from_walkers"] = _round(reconstruction.starts.least_distance, 2)
     if not stretch.walks:
         return described  # the numbers of a walk would mislead
-    heading = reconstruction.fit.x[HEADING]
-    half = np.degrees(NORMAL[LEVEL_95] * view_sd_rad(walk, reconstruction))
     stride_hz = reconstruction.fit.frequency_hz
     fitted = reconstruction.posterior.log_frequency_sd * walk.calibration.view[1, LEVEL_95]
     cadence_half = NORMAL[LEVEL_95] * np.hypot(fitted, CADENCE_EXTRA)
-    alternatives = [
-        c
-        for c in reconstruction.candidates[1:]
-        if c.cost_above_best
-        < (ALTERNATIVE_COST if c.labels_exchanged == reconstruction.labels_exchanged else LABELS_UNSURE)
-    ]
     described |= {
         "usable": _usable(reconstruction) if stretch.judgement.verdict == Verdict.doubtful else [],
         "strides": _round(reconstruction.strides, 1),
-        "view_angle_deg": {
-            "value": _round(view_angle_deg(heading), 1),
-            "interval_95": _interval(view_angle_deg(heading), half),
-            "convention": "of the papers: 0 is seen from behind, +90 from the walker's right",
-            "heading_deg": _round(np.degrees(heading), 1),
-            "turned_deg": _round(turned_deg(reconstruction), 1),
-            "words": heading_words(heading),
-            "alternatives": [
-                {
-                    "heading_deg": _round(np.degrees(c.heading_rad), 1),
-                    "view_angle_deg": _round(view_angle_deg(c.heading_rad), 1),
-                    "words": heading_words(c.heading_rad),
-                    "stride_hz": _round(c.frequency_hz, 3),
-                    "left_and_right_exchanged": c.labels_exchanged,
-                    "cost_above_best": _round(c.cost_above_best, 1),
-                }
-                for c in alternatives
-            ],
-        },
+        "view_angle_deg": _view_angle(reconstruction, walk),
         "cadence": {
             "strides_per_s": _round(stride_hz, 3),
             "steps_per_min": _round(120.0 * stride_hz, 1),
@@ -227,6 +201,37 @@ def _stretch(stretch: Stretch, walk: Walk) -> dict[str, Any]:
         "next_time": advice(walk, stretch),
     }
     return described
+
+
+def _view_angle(reconstruction: Reconstruction, walk: Walk) -> dict[str, Any]:
+    """Return the view angle with its interval, and alternatives at little more cost."""
+    heading = reconstruction.fit.x[HEADING]
+    half = np.degrees(NORMAL[LEVEL_95] * view_sd_rad(walk, reconstruction))
+    alternatives = [
+        c
+        for c in reconstruction.candidates[1:]
+        if c.cost_above_best
+        < (ALTERNATIVE_COST if c.labels_exchanged == reconstruction.labels_exchanged else LABELS_UNSURE)
+    ]
+    return {
+        "value": _round(view_angle_deg(heading), 1),
+        "interval_95": _interval(view_angle_deg(heading), half),
+        "convention": "of the papers: 0 is seen from behind, +90 from the walker's right",
+        "heading_deg": _round(np.degrees(heading), 1),
+        "turned_deg": _round(turned_deg(reconstruction), 1),
+        "words": heading_words(heading),
+        "alternatives": [
+            {
+                "heading_deg": _round(np.degrees(c.heading_rad), 1),
+                "view_angle_deg": _round(view_angle_deg(c.heading_rad), 1),
+                "words": heading_words(c.heading_rad),
+                "stride_hz": _round(c.frequency_hz, 3),
+                "left_and_right_exchanged": c.labels_exchanged,
+                "cost_above_best": _round(c.cost_above_best, 1),
+            }
+            for c in alternatives
+        ],
+    }
 
 
 def _usable(reconstruction: Reconstruction) -> list[str]:
