@@ -12,6 +12,7 @@ import math
 import os
 import re
 import stat
+import struct
 import tokenize
 import zipfile
 import zlib
@@ -33,6 +34,45 @@ MAX_JSON_BYTES, MAX_JSON_VALUES, MAX_DEPTH = 2**26, 2**22, 64
 """Bounds of a JSON file; the manifest of 10 000 walkers has 6 MB, and the package writes at most eight levels."""
 
 _STRING = re.compile(r'"(?:[^"\\]++|\\.)*+"?', re.DOTALL)
+
+
+_FAULTS: tuple[tuple[tuple[type[Exception], ...], str], ...] = (
+    ((zipfile.BadZipFile, zlib.error, NotImplementedError), "the archive is damaged"),
+    ((UnicodeError,), "a text is not UTF-8"),
+    ((EOFError, struct.error), "the file is truncated"),
+    ((KeyError, AttributeError), "an entry is missing"),
+    ((IndexError,), "values are missing"),
+    ((RecursionError,), "it is nested too deep"),
+    ((MemoryError,), "it needs more memory than there is"),
+    ((ArithmeticError,), "a number is too large, too small or zero"),
+    ((TypeError,), "a value has another type than expected"),
+    ((SyntaxError, tokenize.TokenError), "the header of an array is damaged"),
+)
+"""Faults of files by the errors that reveal them, the more special first."""
+_TRUNCATED = re.compile(
+    r"negative seek|cannot reshape|buffer|not enough|EOF|unpack|truncat|read length|Expected \d+ bytes"
+)
+"""Parts of the messages of ValueError, from numpy and zipfile, for arrays that are shorter than stated."""
+
+
+def fault_of(error: BaseException) -> str:
+    """Return what an error says of a file that was being read, without the words of Python.
+
+    Examples
+    --------
+    >>> fault_of(KeyError("id")), fault_of(ValueError("cannot reshape array of size 3 into shape (2,2)"))
+    ("an entry is missing: 'id'", 'the array is truncated')
+    """
+    if isinstance(error, OSError):
+        return error.strerror or "it cannot be opened"
+    if isinstance(error, KeyError) and error.args and isinstance(error.args[0], str):
+        return f"an entry is missing: {error.args[0]!r:.60}"
+    if "allow_pickle" in str(error):
+        return "an array has objects, which are never read"
+    if isinstance(error, ValueError) and _TRUNCATED.search(str(error)):
+        return "the array is truncated"
+    faults = (words for kinds, words in _FAULTS if isinstance(error, kinds))
+    return next(faults, "a value cannot be used")
 
 
 def open_regular(path: Path) -> BinaryIO:
@@ -111,7 +151,9 @@ def unpacked(
     try:
         data = member.decompress(content, at_most + 1)
     except zlib.error as error:
-        raise InvalidInput(f"{subject} cannot be read: {error}", path, code="broken_gzip") from error
+        raise InvalidInput(
+            f"{subject} cannot be read: the compressed data are damaged", path, code="broken_gzip"
+        ) from error
     if len(data) > at_most:
         raise InvalidInput(
             f"{subject} is larger than {at_most} bytes once unpacked",
@@ -136,9 +178,8 @@ def as_written(where: object) -> Iterator[None]:
     except InvalidInput:
         raise
     except (KeyError, IndexError, TypeError, ValueError, AttributeError) as error:
-        words = f"{type(error).__name__}: {error}"
         what = "another version wrote these files, or they were changed: make the figure again"
-        raise InvalidInput(what, where, received=f"{words:.160}", code="other_version") from error
+        raise InvalidInput(f"{fault_of(error)}: {what}", where, code="other_version") from error
 
 
 def read_json(path: Path, kind: Any = Any, content: bytes | None = None, *, subject: str = "the file") -> Any:
@@ -205,24 +246,27 @@ def read_arrays(
         bytes.
     """
     content = read_file(path, at_most=MAX_BYTES, subject=subject) if content is None else content
-    arrays, code = {}, "not_understood"
+    arrays = {}
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             entries = archive.infolist()
             if sum(entry.file_size for entry in entries) > len(content):
-                code = "compressed"
-                raise ValueError("it is compressed")
+                raise InvalidInput(f"{subject} cannot be read: it is compressed", path, code="compressed")
             for entry in entries:
                 member = io.BytesIO(archive.read(entry))
                 major, _ = np.lib.format.read_magic(member)
                 shape, _, dtype = getattr(np.lib.format, f"read_array_header_{major}_0")(member)
                 if math.prod(shape) * max(dtype.itemsize, 1) > entry.file_size:
-                    code = "truncated"
-                    raise ValueError(f"{entry.filename} is truncated")
+                    what = f"{subject} cannot be read: {entry.filename:.60} is truncated"
+                    raise InvalidInput(what, path, code="truncated")
                 member.seek(0)
                 name = entry.filename.removesuffix(".npy")
                 arrays[name] = np.lib.format.read_array(member, allow_pickle=False)
+    except InvalidInput:
+        raise
     except (KeyError, ValueError, AttributeError, NotImplementedError, EOFError, RuntimeError, zipfile.BadZipFile,
             zlib.error, TypeError, OverflowError, MemoryError, SyntaxError, tokenize.TokenError) as error:  # fmt: skip
-        raise InvalidInput(f"{subject} cannot be read: {error!r:.160}", path, code=code) from error
+        raise InvalidInput(
+            f"{subject} cannot be read: {fault_of(error)}", path, code="not_understood"
+        ) from error
     return arrays

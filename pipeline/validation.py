@@ -35,12 +35,18 @@ import numpy as np
 Value = TypeVar("Value")
 
 
-_MAX_QUOTE, _MAX_SENTENCE = 300, 3000
-"""Maximum number of characters quoted from a file or a user, and of a message."""
+_MAX_QUOTE, _MAX_SENTENCE, _MAX_NAME = 300, 3000, 120
+"""Maximum number of characters quoted from a file or a user, of a message, and of a name in it."""
 
 
 def _short(text: str, longest: int = _MAX_QUOTE) -> str:
     return text if len(text) <= longest else text[: longest - 1] + "…"
+
+
+def _with_short_names(text: str) -> str:
+    """Return a text with the middle of every longer word left out, but for paths."""
+    word = rf"[^\s/\\]{{{_MAX_NAME + 1},}}"
+    return re.sub(word, lambda match: f"{match[0][: _MAX_NAME // 2]}…{match[0][-_MAX_NAME // 2 :]}", text)
 
 
 def printable(text: str) -> str:
@@ -96,7 +102,8 @@ class InvalidInput(ValueError):
         sentence = f"{where} {what}" if requirement else f"{where}: {what}" if where else what
         labelled = (("expected", expected), ("got" if self.typed else "found", received))
         details = ", ".join(f"{label} {value}" for label, value in labelled if value)
-        super().__init__(printable(_short(f"{sentence} ({details})" if details else sentence, _MAX_SENTENCE)))
+        whole = _with_short_names(f"{sentence} ({details})" if details else sentence)
+        super().__init__(printable(_short(whole, _MAX_SENTENCE)))
         self.what = what
         self.where = where
         self.expected = expected

@@ -40,11 +40,7 @@ def tables(results: Path) -> dict[str, bytes]:
             result[name] = path.read_bytes()
         elif path.suffix == ".npz":
             with np.load(path, allow_pickle=False) as stored:
-                result |= {
-                    f"{name}: {owner}": stored[owner].tobytes()
-                    for owner in stored.files
-                    if owner != "seconds"
-                }
+                result |= {f"{name}: {owner}": stored[owner].tobytes() for owner in stored.files}
     return result
 
 

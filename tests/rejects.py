@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -11,6 +12,13 @@ import pytest
 from pipeline.cli.composition import in_words
 from pipeline.cli.errors import sentence
 from pipeline.validation import InvalidInput
+
+PYTHON = re.compile(
+    r"\b\w+Error\b|\bBadZipFile\b|\bNoneType\b|\bTraceback\b|negative seek|cannot reshape|has no attribute|unhashable|"
+    r"subscriptable|codec can't|out of bounds|not iterable|invalid literal|could not convert|unsupported operand|"
+    r"index out of range|positional argument|object is not|<class |__\w+__"
+)
+"""Words of Python, which no message to a user contains."""
 
 
 @contextmanager

@@ -17,6 +17,7 @@ from pipeline.cli.presets import presets
 from pipeline.ingestion.data import DATA_SETS, FolderData
 from pipeline.papers import all_papers
 from pipeline.processes import processes_for
+from pipeline.reading import fault_of
 from pipeline.storage.provenance import FOLDERS
 from pipeline.storage.sealed_folders import TYPE, canonical
 from pipeline.studies import registry
@@ -108,7 +109,7 @@ def with_options(experiment: Experiment, kept: Mapping[str, Any]) -> Experiment:
         raise
     except (KeyError, StopIteration, TypeError, AttributeError, ValueError) as error:
         what = "this version lacks options of the archive"
-        raise InvalidInput(what, experiment.name, received=error, code="other_version") from error
+        raise InvalidInput(what, experiment.name, received=fault_of(error), code="other_version") from error
     for name in FOLDERS & vars(restored.data).keys():
         setattr(restored.data, name, getattr(experiment.data, name))
     local = {name: getattr(experiment, name) for name in ("name", "paper", "results", "workers")}

@@ -8,7 +8,8 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 
-from pipeline.validation import InvalidInput
+from pipeline.reading import fault_of
+from pipeline.validation import InvalidInput, require_range
 
 _LINE = re.compile(r"^(make [^#\n]*?)( +#[^\n]*?)\(about [^()\n]*\)", re.MULTILINE)
 """Line of a block of commands: command, comment, duration in brackets."""
@@ -66,4 +67,20 @@ def insert_durations(text: str, durations_s: Mapping[str, float]) -> str:
 
 def durations(rows: Sequence[Mapping[str, str]]) -> dict[str, float]:
     """Return the seconds of each command from the rows of the table."""
-    return {row["command"]: float(row["wall_s"]) for row in rows}
+    try:
+        return {
+            row["command"]: require_range(
+                f"durations.csv: {row['command']}", float(row["wall_s"]), at_least=0
+            )
+            for row in rows
+        }
+    except (KeyError, ValueError) as error:
+        if isinstance(error, InvalidInput):
+            raise
+        expected = "columns command and wall_s, in seconds"
+        raise InvalidInput(
+            f"the durations cannot be read: {fault_of(error)}",
+            "durations.csv",
+            expected,
+            code="not_understood",
+        ) from error

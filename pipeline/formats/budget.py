@@ -12,6 +12,7 @@ from contextvars import ContextVar
 from pathlib import Path
 from typing import TypeVar
 
+from pipeline.reading import fault_of
 from pipeline.validation import InvalidInput
 
 PER_BYTE, MIN_BYTES, MAX_BYTES = 64, 2**20, 2**30
@@ -45,12 +46,10 @@ def read_one(path: Path, reader: Callable[..., Content], **options: object) -> C
     except InvalidInput:
         raise
     except Exception as error:
-        reason = str(error).partition("\n")[0]
         raise InvalidInput(
-            "the file cannot be read",
+            f"the file cannot be read: {fault_of(error)}",
             path.name,
             f"a complete {path.suffix.lower()} file" if path.suffix else "",
-            f"{type(error).__name__}: {reason:.160}" if reason else type(error).__name__,
             code="unreadable",
             error=type(error).__name__,
         ) from error

@@ -118,7 +118,6 @@ def figure_entry(
     """Return the entry of a figure; its links are relative to a page in the folder `to`."""
     claims = [_claim_entry(row) for row in results.claims_of(figure=figure.name)]
     origin = figure.manifest.get("provenance", {})
-    seconds = sum(stage.get("seconds", 0.0) for stage in figure.manifest.get("stages", {}).values())
     dirty = " with changes" if origin.get("dirty") is True else ""
     curves = page_charts.charts_of(figure)
     # Charts replace the picture, unless the picture shows more than they do.
@@ -148,8 +147,7 @@ def figure_entry(
         "sources": [f"{name}: {terms.get(name, 'terms unknown')}" for name in figure.sources]
         or ["not stated"],
         "provenance": f"commit {figure.commit}{dirty}, seed {figure.manifest.get('seed', '?')}, Python"
-        f" {origin.get('python', '?')} on {origin.get('system', '?')} {origin.get('machine', '?')},"
-        f" {seconds:.1f} s to compute",
+        f" {origin.get('python', '?')} on {origin.get('system', '?')} {origin.get('machine', '?')}",
         "files": [
             {"name": name, "link": _link(to / figure.name, name), "size": _size(figure, name)}
             for name in figure.files
@@ -241,7 +239,7 @@ def published_numbers(results: Published) -> dict[str, list[dict[str, Any]]]:
     """
     listed = provenance.PROJECT / "results" / PUBLISHED
     rows = tables.read_rows(listed) if results.scale == "full" and listed.is_file() else []
-    if results.data not in {row["data"] for row in rows}:
+    if results.data not in {row.get("data") for row in rows}:
         return {"published": [], "published_commits": []}
     page_commits = {results.data: {figure.commit for figure in results.figures.values()}}
     layout = papers.read_mapping(provenance.PROJECT / "conf" / "readme.yaml")

@@ -21,7 +21,7 @@ class Stored(Generic[Value]):
     ----------
     value : dataclass
     artefact : Artefact
-        Stage and key of the result, time that it took and the reason for computing it.
+        Stage and key of the result, and the reason for computing it.
     """
 
     value: Value

@@ -105,8 +105,7 @@ def _publish(
             "configuration": without_paths(canonical(experiment)),
             "code": figure_code(experiment) if complete else "",
             "stages": {
-                a.stage: {"key": a.key, "content": a.content, "seconds": a.seconds}
-                for a in (stage.artefact for stage in stages)
+                a.stage: {"key": a.key, "content": a.content} for a in (stage.artefact for stage in stages)
             },
             "inputs": inputs.clips.inputs,
             "caption": caption,

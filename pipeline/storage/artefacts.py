@@ -47,8 +47,6 @@ class Artefact:
         Plain JSON values.
     computed : bool
         False if the artefact was found in the cache.
-    seconds : float
-        Duration of the computation.
     why : str
         Reason for the computation: ``"first time"``, ``"options.step changed 1 -> 5"``, …; empty if reused.
     """
@@ -59,7 +57,6 @@ class Artefact:
     arrays: Mapping[str, np.ndarray]
     notes: dict[str, Any]
     computed: bool
-    seconds: float
     why: str
 
     @property
@@ -106,7 +103,7 @@ def read_artefact(folder: Path) -> Artefact | None:
         raise Damaged(error.what) from error
     for array in arrays.values():
         array.setflags(write=False)
-    facts = {name: manifest[name] for name in ("stage", "key", "notes", "seconds")}
+    facts = {name: manifest[name] for name in ("stage", "key", "notes")}
     return Artefact(
         **facts, content=content_digest(manifest), arrays=MappingProxyType(arrays), computed=False, why=""
     )

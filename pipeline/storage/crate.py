@@ -5,37 +5,48 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+from pipeline.resources import NAME, project
 from pipeline.storage.sealed_folders import file_digest
-from pipeline.validation import InvalidInput
 
 SBOM = "sbom.cdx.json"
+_MAX_LICENCE = 80
+"""Maximum number of characters of a licence's name."""
 
 
 def bill_of_materials(lock: Path, commit: str) -> bytes:
-    """Return the packages of a lock file as CycloneDX 1.6; equal lock and commit give equal bytes.
+    """Return the installed packages on which the program depends, directly or not, as CycloneDX 1.6.
 
-    The digests of the packages' files are only in the lock file, which the bill names with its digest.
-
-    Raises
-    ------
-    InvalidInput
-        If the lock file pins no package.
+    Versions, licences and dependencies are those of the environment.  The digests of the packages' files are only in
+    the lock file, which the bill names with its digest.
     """
-    pinned = re.findall(r"^([A-Za-z0-9._-]+)==([^\s;\\]+)", lock.read_text("utf-8"), re.MULTILINE)
-    if not pinned:
-        raise InvalidInput("the lock file pins no package", lock.name, "name==version", code="nothing_pinned")
+    direct = _installed(_requirements())
+    needs: dict[str, list[str]] = {}
+    waiting = [*direct]
+    while waiting:
+        if (name := waiting.pop()) not in needs:
+            needs[name] = _installed(metadata.requires(name) or [])
+            waiting += needs[name]
     packages = [
-        {"type": "library", "bom-ref": purl, "name": name, "version": version, "purl": purl}
-        for name, version in pinned
-        for purl in [f"pkg:pypi/{re.sub(r'[._-]+', '-', name).lower()}@{version}"]
+        {
+            "type": "library",
+            "bom-ref": purl,
+            "name": name,
+            "version": version,
+            "purl": purl,
+            **_licences(name),
+        }
+        for name in sorted(needs)
+        for version, purl in [(metadata.version(name), _purl(name))]
     ]
     program = {
         "type": "application",
-        "bom-ref": "gait-pipeline",
-        "name": "gait-pipeline",
+        "bom-ref": NAME,
+        "name": NAME,
         "version": commit,
         "licenses": [{"license": {"id": "MIT"}}],
         "externalReferences": [
@@ -47,15 +58,56 @@ def bill_of_materials(lock: Path, commit: str) -> bytes:
             }
         ],
     }
+    edges = [(NAME, direct), *((_purl(name), needs[name]) for name in sorted(needs))]
     bill = {
         "bomFormat": "CycloneDX",
         "specVersion": "1.6",
         "version": 1,
         "metadata": {"component": program},
         "components": packages,
-        "dependencies": [{"ref": "gait-pipeline", "dependsOn": [package["bom-ref"] for package in packages]}],
+        "dependencies": [{"ref": ref, "dependsOn": [*map(_purl, names)]} for ref, names in edges],
     }
     return json.dumps(bill, indent=1).encode() + b"\n"
+
+
+def _requirements() -> list[str]:
+    """Return what the program and its extra ``papers`` require, without conditions on extras."""
+    if content := project():
+        return [*content["dependencies"], *content["optional-dependencies"]["papers"]]
+    stated = (
+        re.sub(r"\s*(and|;)\s*extra == ['\"]papers['\"]", "", each) for each in metadata.requires(NAME) or []
+    )
+    return [*stated]
+
+
+def _installed(requirements: Sequence[str]) -> list[str]:
+    """Return the normalised names of requirements that are installed, sorted; those of an extra are left out."""
+    names = set()
+    for each in requirements:
+        if "extra ==" not in each and (name := re.match(r"[A-Za-z0-9._-]+", each)):
+            with suppress(metadata.PackageNotFoundError):
+                names.add(_normal(metadata.metadata(name[0])["Name"]))
+    return sorted(names)
+
+
+def _normal(name: str) -> str:
+    return re.sub(r"[._-]+", "-", name).lower()
+
+
+def _purl(name: str) -> str:
+    return f"pkg:pypi/{name}@{metadata.version(name)}"
+
+
+def _licences(name: str) -> dict[str, Any]:
+    """Return the licence that a package states: an SPDX expression, classifiers, or the first line of a text."""
+    stated = metadata.metadata(name)
+    if expression := stated.get("License-Expression"):
+        return {"licenses": [{"expression": expression}]}
+    classes = [
+        each.rpartition(" :: ")[2] for each in stated.get_all("Classifier") or [] if "License ::" in each
+    ]
+    texts = classes or [(stated.get("License") or "").strip().partition("\n")[0][:_MAX_LICENCE]]
+    return {"licenses": [{"license": {"name": text}} for text in texts if text]}
 
 
 CRATE = "ro-crate-metadata.json"

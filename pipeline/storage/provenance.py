@@ -20,7 +20,7 @@ from pipeline.validation import InvalidInput
 PROJECT = PACKAGE.parent
 LOCK = PROJECT / "requirements.lock"
 
-PACKAGES = ("numpy", "scipy", "pandas", "hydra-core", "omegaconf", "rerun-sdk", "matplotlib")
+PACKAGES = ("numpy", "scipy", "pandas", "numba", "hydra-core", "omegaconf", "rerun-sdk", "matplotlib")
 _THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_CORETYPE")
 
 

@@ -32,7 +32,16 @@ MANIFEST = "manifest.json"
 TYPE = "<type>"
 """Key of the class name in a canonical form, so that classes with equal fields differ."""
 
-CANNOT_WRITE = {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EIO, errno.EFBIG, errno.EACCES, errno.EPERM}
+CANNOT_WRITE = {
+    errno.ENOSPC,
+    errno.EDQUOT,
+    errno.EROFS,
+    errno.EIO,
+    errno.EFBIG,
+    errno.EACCES,
+    errno.EPERM,
+    errno.EINTR,
+}
 FULL = {errno.ENOTEMPTY, errno.EEXIST}
 """Error numbers of a rename onto a folder that is not empty."""
 _ONE_DAY_S = 86400.0
@@ -76,7 +85,6 @@ class _Facts(_FigureFacts, total=False):
     stage: str
     key: str
     notes: Any
-    seconds: float
     libraries: dict[str, str]
 
 
@@ -86,7 +94,7 @@ class _Manifest(_Facts):
 
 
 FIGURE = ("figure", "data", "scale", "configuration", "provenance")
-ARTEFACT = ("stage", "key", "notes", "seconds", "options", "inputs", "code", "libraries")
+ARTEFACT = ("stage", "key", "notes", "options", "inputs", "code", "libraries")
 """Required entries in the manifest of a figure, and in that of an artefact."""
 
 
@@ -105,6 +113,8 @@ def _process_space() -> str:
 
 _HERE = _process_space()
 """Part of the names of temporary folders, which may be on a shared disk."""
+_TEMPORARY = re.compile(r"\.(tmp|old)-(\d+)-([0-9a-f]{6})[0-9a-f]{8}(?:-(.+))?")
+"""Names of temporary folders, and of those that were put aside: kind, process, machine, name of the folder."""
 _live_temporaries: set[str] = set()
 
 
@@ -344,7 +354,8 @@ def temporary_folder(parent: Path) -> Iterator[Path]:
         path.mkdir()
         yield path
     finally:
-        shutil.rmtree(path, ignore_errors=True)
+        for _ in range(2):  # one failed call leaves the rest of a folder
+            shutil.rmtree(path, ignore_errors=True)
         _live_temporaries.discard(path.name)
 
 
@@ -413,6 +424,8 @@ def _names_except(folder: Path, ours: set[str]) -> Iterator[str]:
     def walk(inside: Path) -> Iterator[str]:
         for path in sorted(inside.iterdir()):
             name = path.relative_to(folder).as_posix()
+            if _TEMPORARY.fullmatch(path.name):  # of a killed run
+                continue
             if path.is_dir() and not path.is_symlink():
                 if name in parents:
                     yield from walk(path)
@@ -443,7 +456,7 @@ def remove_stale(parent: Path) -> None:
     """Remove the temporary folders of killed runs, and restore the folders that these runs had renamed."""
     with suppress(OSError):
         for path in list(parent.iterdir()):
-            left = re.fullmatch(r"\.(tmp|old)-(\d+)-([0-9a-f]{6})[0-9a-f]{8}(?:-(.+))?", path.name)
+            left = _TEMPORARY.fullmatch(path.name)
             if not left or path.name in _live_temporaries:
                 continue
             kind, pid, machine, name = left.groups()

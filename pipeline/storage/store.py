@@ -15,7 +15,6 @@ import errno
 import itertools
 import json
 import os
-import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext, suppress
 from pathlib import Path
@@ -49,7 +48,8 @@ from pipeline.storage.sealed_folders import (
 )
 from pipeline.validation import InvalidInput
 
-_KEYED_LIBRARIES = ("numpy", "scipy")
+_KEYED_LIBRARIES = ("numpy", "scipy", "pandas", "numba")
+"""Libraries that compute; a new version of any of them changes every key."""
 _UNREADABLE = (OSError, ValueError, KeyError, TypeError, AttributeError)
 """Errors that a missing or damaged manifest may raise."""
 _LOCK = ".lock-"
@@ -203,7 +203,7 @@ class Store:
             content = content_digest(read_manifest(self.cache / f"{stage}-{key}"))
         except _UNREADABLE:
             computed = True
-        return Artefact(stage, key, content, {}, {}, computed, 0.0, why)
+        return Artefact(stage, key, content, {}, {}, computed, why)
 
     @contextmanager
     def _alone(self, name: str) -> Iterator[None]:
@@ -233,17 +233,15 @@ class Store:
     ) -> Artefact:
         """Compute an artefact, write it to the cache, and return it."""
         stage, _, key = folder.name.rpartition("-")
-        started = time.perf_counter()
         made_arrays, made_notes = compute()
-        seconds = round(time.perf_counter() - started, 6)
         arrays = fixed(made_arrays, stage)
         notes = json.loads(compact(canonical(made_notes, "notes")))
-        facts = {**made_from, "key": key, "notes": notes, "seconds": seconds}
+        facts = {**made_from, "key": key, "notes": notes}
         packed_arrays = packed(arrays)
         if winner := self._place(folder, packed_arrays, facts):
-            return dataclasses.replace(winner, computed=True, seconds=seconds, why=why)
+            return dataclasses.replace(winner, computed=True, why=why)
         content = content_digest({"files": {ARRAYS: {"sha256": digest(packed_arrays)}}, "notes": notes})
-        return Artefact(stage, key, content, arrays, notes, True, seconds, why)
+        return Artefact(stage, key, content, arrays, notes, True, why)
 
     def _why(self, made_from: dict[str, Any]) -> str:
         """Return the differences from the most similar artefact of the same stage, as the reason to compute."""

@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from pipeline.reading import fault_of
 from pipeline.validation import InvalidInput, fits, required
 
 _SHAPES = re.compile(r"^(\w+(?:, \w+)*) : (\(.*)$", re.MULTILINE)
@@ -154,7 +155,7 @@ def unpack(kind: Any, arrays: Mapping[str, np.ndarray], notes: Any) -> Any:
         if isinstance(error, InvalidInput):
             raise
         raise InvalidInput(
-            f"the data do not fit {kind.__name__}: {error!r:.160}", code="does_not_fit", type=kind.__name__
+            f"the data do not fit {kind.__name__}: {fault_of(error)}", code="does_not_fit", type=kind.__name__
         ) from error
 
 

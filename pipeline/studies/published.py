@@ -132,7 +132,9 @@ def renew(path: Path, rows: pd.DataFrame) -> None:
     """Replace the rows of the same data sets in the file."""
     data_sets = set(rows["data"])
     cells = rows.to_dict("records")
-    tables.renew(path, cells, lambda row: row["data"] in data_sets, columns=COLUMNS, sort_by=["data", "name"])
+    tables.renew(
+        path, cells, lambda row: row.get("data") in data_sets, columns=COLUMNS, sort_by=["data", "name"]
+    )
 
 
 Cells = tuple[list[str], list[list[str]]]
@@ -142,6 +144,13 @@ Cells = tuple[list[str], list[list[str]]]
 def filled(layout: Mapping[str, Any], published: Mapping[str, Any]) -> dict[str, Cells]:
     """Return each table with its numbers, from the columns of the file; rows without numbers are left out."""
     values: dict[str, dict[str, float]] = {}
+    if lacking := [name for name in COLUMNS if name not in published]:
+        raise InvalidInput(
+            f"the table has no column {lacking[0]!r}",
+            "results/published.csv",
+            code="no_column",
+            column=lacking[0],
+        )
     if np.asarray(published["value"]).dtype.kind not in "if":
         raise InvalidInput("a value is not a number", "results/published.csv", code="not_a_number")
     for data_name, name, value in zip(

@@ -102,7 +102,7 @@ def plant(
             },
             "expect": "MAP & lower",
             "charts": [to_json(chart) for chart in VIEW_CHARTS],
-            "stages": {"sweep": {"key": "0", "seconds": 1.5}},
+            "stages": {"sweep": {"key": "0"}},
             "provenance": {
                 "commit": "f" * 40,
                 "dirty": False,

@@ -137,7 +137,7 @@ def test_the_manifest_says_with_what_it_was_made(folder: Path, smoke_results: Pa
     assert set(manifest["stages"]) == {"ingest", "dataset", "model", "sweep"}
     for stage in manifest["stages"].values():
         assert len(stage["key"]) == 16
-        assert stage["seconds"] >= 0
+        assert set(stage) == {"key", "content"}  # no seconds, so that two runs have equal manifests
     provenance = manifest["provenance"]
     assert provenance["python"] == platform.python_version()
     assert provenance["packages"]["numpy"] == np.__version__

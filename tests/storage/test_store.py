@@ -1,6 +1,7 @@
 """The store: found again by key, written whole or not at all, checked when read, whatever goes wrong."""
 
 import errno
+import importlib.metadata
 import io
 import json
 import os
@@ -24,6 +25,7 @@ from pipeline import locks
 from pipeline.storage import provenance as provenance_module
 from pipeline.storage import sealed_folders
 from pipeline.storage import store as store_module
+from pipeline.storage.provenance import versions
 from pipeline.storage.publishing import new_file, publish
 from pipeline.storage.sealed_folders import canonical, complaints_about
 from pipeline.storage.store import Artefact
@@ -111,7 +113,7 @@ def test_the_second_request_computes_nothing(tmp_path: Path) -> None:
     assert (first.computed, first.why, work.times) == (True, "first time", 1)
     store = Store(tmp_path)
     again = store.artefact("dataset", Options(), ["aa"], work)
-    assert (again.computed, again.why, again.seconds, work.times) == (False, "", first.seconds, 1)
+    assert (again.computed, again.why, work.times) == (False, "", 1)
     same(first, again)
     assert first.notes == {"clips": ["a", "b"], "rate_hz": 120.0, "pair": [1, 2]}
     assert sorted(p.name for p in (tmp_path / "cache").iterdir()) == [first.name]
@@ -227,10 +229,14 @@ def test_other_sources_are_another_key(tmp_path: Path) -> None:
     assert now.why == "code changed"
 
 
-def test_another_numerical_library_is_another_key(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("library", ["numpy", "scipy", "pandas", "numba"])
+def test_another_version_of_a_library_that_computes_is_another_key(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, library: str
+) -> None:
     Store(tmp_path).artefact("model", {}, [], Work())
-    monkeypatch.setattr(store_module, "versions", lambda packages: {"numpy": np.__version__, "scipy": "0"})
-    assert Store(tmp_path).artefact("model", {}, [], Work()).why.startswith("libraries.scipy changed ")
+    monkeypatch.setattr(store_module, "versions", lambda packages: versions(packages) | {library: "0"})
+    again = Store(tmp_path).artefact("model", {}, [], Work())
+    assert again.why == f'libraries.{library} changed "{importlib.metadata.version(library)}" -> "0"'
 
 
 def test_the_key_does_not_depend_on_the_process_or_on_order(tmp_path: Path) -> None:
@@ -323,9 +329,6 @@ def test_a_flipped_byte_is_noticed_set_aside_and_computed_again(tmp_path: Path) 
     for name, step in (("arrays.npz", 97), ("manifest.json", 13)):
         for position in range(0, (folder / name).stat().st_size, step):
             content = bytearray((folder / name).read_bytes())
-            position = min(
-                position, len(content) - 1
-            )  # what is computed again tells its seconds in fewer digits
             content[position] ^= 1 << position % 8
             (folder / name).write_bytes(content)
             again = Store(tmp_path).artefact("model", Options(), [], Work())
@@ -385,7 +388,7 @@ def test_nothing_is_ever_unpickled(tmp_path: Path) -> None:
         del facts[added]
     sealed_folders.write_manifest(folder, facts)  # the seal is right, and still
     again = Store(tmp_path).artefact("model", {}, [], Work())
-    assert again.why.startswith("artefact damaged: arrays.npz cannot be read: ValueError('Object arrays")
+    assert again.why.startswith("artefact damaged: arrays.npz cannot be read: an array has objects")
     same(again, reference)
 
 

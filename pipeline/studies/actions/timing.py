@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 
 from pipeline.core import synchronization
 from pipeline.studies.actions.model import ActionInputs
@@ -24,19 +25,12 @@ class Timings:
 
     Attributes
     ----------
-    what : (3,) text
-        ``pair``, ``onto_pattern``, ``all_pairs``.
-    performances : (3,) int
-    samples, dimensions : int
-        P and b.
-    seconds : (3,)
+    table : DataFrame
+        ``what`` (``pair``, ``onto_pattern``, ``all_pairs``), ``performances``, ``samples`` P, ``dimensions`` b, and
+        ``seconds``.  A data frame is not in ``arrays.npz``, so that two runs differ in ``table_timing.csv`` alone.
     """
 
-    what: np.ndarray
-    performances: np.ndarray
-    samples: int
-    dimensions: int
-    seconds: np.ndarray
+    table: pd.DataFrame
 
 
 class Timing(Sweep):
@@ -64,13 +58,14 @@ class Timing(Sweep):
             "onto_pattern": (len(linear), lambda: onto_the_pattern(others)),
             "all_pairs": (len(linear), all_pairs),
         }
-        return Timings(
-            what=np.array(list(jobs)),
-            performances=np.array([count for count, _ in jobs.values()]),
-            seconds=np.array([_median_seconds(job, self.repeats) for _, job in jobs.values()]),
-            samples=linear.shape[1],
-            dimensions=linear.shape[2],
-        )
+        columns = {
+            "what": list(jobs),
+            "performances": [count for count, _ in jobs.values()],
+            "samples": linear.shape[1],
+            "dimensions": linear.shape[2],
+            "seconds": [_median_seconds(job, self.repeats) for _, job in jobs.values()],
+        }
+        return Timings(pd.DataFrame(columns))
 
 
 def _median_seconds(job: Callable[[], None], repeats: int) -> float:

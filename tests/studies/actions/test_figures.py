@@ -5,9 +5,11 @@ Smoke scale has six performances by five people; recorded ones take part where t
 
 from __future__ import annotations
 
+import json
 import os
 from contextlib import AbstractContextManager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -244,6 +246,23 @@ def test_a_posture_is_what_the_paper_says_and_the_times_are_times(made: Path) ->
     assert timing["what"].tolist() == ["pair", "onto_pattern", "all_pairs"]
     assert (timing["seconds"] > 0).all()
     assert timing["performances"].tolist() == [2, 6, 6]
+
+
+def test_two_runs_of_figure_3_differ_in_the_table_of_timings_alone(tmp_path: Path) -> None:
+    def run(name: str) -> dict[str, bytes]:
+        folder = make(Store(tmp_path / name), FIGURES[2], "figure.recording=false").folder
+        return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+    def without_timing(content: bytes) -> dict[str, Any]:
+        manifest = json.loads(content)
+        del manifest["files"]["table_timing.csv"], manifest["seal"], manifest["stages"]["sweep"]["content"]
+        manifest["configuration"].pop("results")
+        return manifest
+
+    first, second = run("first"), run("second")
+    differ = {name for name in first | second if first.get(name) != second.get(name)}
+    assert differ == {"table_timing.csv", "manifest.json"}
+    assert without_timing(first["manifest.json"]) == without_timing(second["manifest.json"])
 
 
 def test_figure_3_without_a_timing_is_refused(store: Store) -> None:

@@ -100,7 +100,7 @@ class ActionModelFigure(Figure):
             "table_space": space,
             "table_space_draws": space_draws,
             "table_model": tidy(model, by=["sample", "component"]),
-            "table_timing": pd.DataFrame(vars(inputs.sweep)),
+            "table_timing": inputs.sweep.table,
             "table_posture": posture_table(inputs),
         }
 
