@@ -58,12 +58,14 @@ class Mutant(NamedTuple):
 
 
 def is_text(node: ast.AST) -> bool:
-    """Return whether a syntax tree only makes text for people."""
+    """Return whether a syntax tree only makes text for people, or is an assertion."""
     match node:
-        case ast.Raise() | ast.JoinedStr() | ast.Expr(ast.Constant()):
+        case ast.Raise() | ast.Assert() | ast.JoinedStr() | ast.Expr(ast.Constant()):
             return True
         case ast.Call(ast.Name(name) | ast.Attribute(_, name)):
             return name in CALLS_FOR_PEOPLE
+        case ast.keyword("strict"):  # a check of zip, as an assertion is
+            return True
         case ast.BinOp(left, ast.Add() | ast.Mod() | ast.Mult(), right):
             return any(is_text(n) or isinstance(getattr(n, "value", None), str) for n in (left, right))
     return False

@@ -195,3 +195,9 @@ def test_reconstructions_that_share_their_choices_are_those_made_alone(given: bo
         alone = articulated.reconstruct(*arguments, options, chain=ARM)
         np.testing.assert_array_equal(shared.under(options).whole().positions, alone.positions)
     assert bool(shared.choices) == given
+    # Trials of mirrors need the same choices, another noise does not.
+    assert bool(shared.under(replace(plain, try_mirrors=True)).choices) == given
+    assert shared.under(replace(plain, noise_px=0.0)).choices == {}
+    if given:
+        assert shared.with_lengths(lengths.copy()).choices == shared.choices
+        assert shared.with_lengths(1.01 * lengths).choices == {}
