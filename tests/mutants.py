@@ -1,13 +1,13 @@
 """Generated defects, one at a time in a copy of the tree: which of them do the tests notice?
 
-python -m tests.mutants SEED N [only=core,formats] [jobs=2] [again]
+python -m tests.mutants SEED N [only=core,formats] [jobs=2] [seconds=60] [again]
     Draw N functions of both packages by the seed, and change one operator, number or argument of each.  Run the
     nearest tests until one fails.  ``results/mutants/SEED.csv`` has a line for each mutant.  A second run continues
     the file; `again` repeats the mutants that survived.  Exit status 1 if fewer than half are noticed, 2 if a test
     that noticed a mutant fails without one.
 
-No golden table is compared.  As a plugin of pytest this module puts the nearest tests first, stops after `MAX_SECONDS`
-of processor time, and checks that both packages are imported from the copy.
+No golden table is compared.  As a plugin of pytest this module puts the nearest tests first, stops after 60
+seconds of processor time, and checks that both packages are imported from the copy.
 """
 
 from __future__ import annotations
@@ -89,6 +89,7 @@ def first_failure(tree: Path, chosen: Sequence[str], *, seconds: int = MAX_SECON
     """Return the first test that fails in a copy of the tree, empty if none does."""
     (tree / CHOSEN).write_text("\n".join(chosen), encoding="utf-8")
     (tree / LAST_STARTED).write_text(IMPORT, encoding="utf-8")
+    limit = max(3 * MAX_SECONDS, 3 * seconds)
     process = subprocess.run(
         [
             sys.executable,
@@ -109,8 +110,8 @@ def first_failure(tree: Path, chosen: Sequence[str], *, seconds: int = MAX_SECON
         env={**os.environ, "CI": "true", "PYTHONPATH": str(tree), "MUTANTS_SECONDS": str(seconds)},
         capture_output=True,
         text=True,
-        timeout=20 * seconds,  # a loop without an end is stopped by its processor time
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (3 * seconds, 3 * seconds)),
+        timeout=10 * limit,  # a loop without an end is stopped by its processor time
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (limit, limit)),
     )
     if process.returncode == ELSEWHERE:
         raise RuntimeError(process.stdout + process.stderr)
@@ -118,7 +119,7 @@ def first_failure(tree: Path, chosen: Sequence[str], *, seconds: int = MAX_SECON
     return SURVIVED if passed else (tree / LAST_STARTED).read_text(encoding="utf-8")
 
 
-def plant(tree: Path, mutant: Mutant, number: int, chosen: Sequence[str]) -> str:
+def plant(tree: Path, mutant: Mutant, number: int, chosen: Sequence[str], seconds: int) -> str:
     """Return the first test that notices a mutant, and take the mutant out again."""
     path = tree / mutant.file
     whole, before = path.read_text(encoding="utf-8"), path.stat()
@@ -126,7 +127,7 @@ def plant(tree: Path, mutant: Mutant, number: int, chosen: Sequence[str]) -> str
         path.write_text(mutant.apply(whole), encoding="utf-8")
         # Python and numba know by the time whether what they compiled is stale.
         os.utime(path, (number, number))
-        return first_failure(tree, chosen)
+        return first_failure(tree, chosen, seconds=seconds)
     finally:
         path.write_text(whole, encoding="utf-8")
         os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
@@ -188,6 +189,7 @@ def main(arguments: Sequence[str]) -> int:
     mutants = {key(row_of(mutant)): mutant for mutant in drawn}
     rows = read(path)
     waiting = [k for k in mutants if k not in rows or ("again" in options and not rows[k]["noticed_by"])]
+    seconds = int(options.get("seconds", MAX_SECONDS))
     jobs = min(int(options.get("jobs", 1)), len(waiting)) or 1
     tests, trees = NearestTests(), Queue[Path]()
 
@@ -195,7 +197,8 @@ def main(arguments: Sequence[str]) -> int:
         """Plant one mutant in a tree that no other job uses."""
         mutant, tree, start = mutants[waiting[number]], trees.get(), time.monotonic()
         try:
-            noticed = plant(tree, mutant, number + 1, tests.nearest(mutant.function, files=MAX_FILES))
+            nearest = tests.nearest(mutant.function, files=MAX_FILES)
+            noticed = plant(tree, mutant, number + 1, nearest, seconds)
         finally:
             trees.put(tree)
         return row_of(mutant) | {"noticed_by": noticed, "seconds": f"{time.monotonic() - start:.0f}"}
