@@ -17,6 +17,7 @@ import importlib
 import os
 import resource
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -36,6 +37,7 @@ from tests.nearest_tests import NearestTests
 MAX_FILES, MAX_SECONDS, MIN_NOTICED = 12, 60, 0.5
 SPENT, ELSEWHERE = 80, 81
 """Exit status of pytest when the time is spent, and when a package is imported from elsewhere."""
+MAX_WAIT_S = 300
 CHOSEN, LAST_STARTED = ".mutants_chosen", ".mutants_last_started"
 COLUMNS = ("package", "file", "line", "function", "operator", "before", "after", "noticed_by", "seconds")
 SURVIVED, IMPORT = "", "import"
@@ -67,6 +69,7 @@ def pytest_runtest_logstart(nodeid: str) -> None:
     if sum(os.times()[:4]) > float(os.environ["MUTANTS_SECONDS"]):
         pytest.exit("the time is spent", returncode=SPENT)
     Path(LAST_STARTED).write_text(nodeid, encoding="utf-8")
+    signal.alarm(MAX_WAIT_S)  # ends a test that waits without an end; the limit of processor time ends loops
 
 
 # --- runner ---------------------------------------------------------------------------------------------------
@@ -110,7 +113,6 @@ def first_failure(tree: Path, chosen: Sequence[str], *, seconds: int = MAX_SECON
         env={**os.environ, "CI": "true", "PYTHONPATH": str(tree), "MUTANTS_SECONDS": str(seconds)},
         capture_output=True,
         text=True,
-        timeout=10 * limit,  # a loop without an end is stopped by its processor time
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (limit, limit)),
     )
     if process.returncode == ELSEWHERE:

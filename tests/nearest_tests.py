@@ -20,7 +20,7 @@ PACKAGES = ("pipeline", "walk3d")
 NOT_LINKED = 20.0
 """Distance of a test that no names link to the function."""
 WHOLE_FIGURES = ("smoke_results", "synthetic_tables")
-"""Fixtures that compute all figures: tests that need them come last."""
+"""Fixtures that compute all figures: tests that need them take minutes and are not chosen."""
 NOT_CHOSEN = re.compile(
     r"golden|test_every_preset|cluster|thorough|"
     r"\.test_(architecture|article|distribution|documentation|pages|plain_english|small_base|tutorial)\."
@@ -50,6 +50,10 @@ class NearestTests:
         for method, owners in self.graph.methods.items():
             for owner in owners:
                 self.callers[f"{owner}.{method}"].append((owner, 1.0 if method.startswith("__") else 3.0))
+
+        self.slow = {
+            name for fixture in WHOLE_FIGURES for name in self.distances(f"tests.conftest.{fixture}")
+        }
 
     def _read_test(self, name: str, module: str, node: ast.FunctionDef) -> None:
         fixtures = [argument.arg for argument in node.args.args]
@@ -87,8 +91,7 @@ class NearestTests:
             score = distances.get(name, NOT_LINKED) - 3 * bool(words.search(name + source))
             neighbour = set(name.split(".")[1:-2]) & set(folders[1:])
             score -= 2 * bool(neighbour)
-            score += NOT_LINKED * any(fixture in source for fixture in WHOLE_FIGURES)
-            if score < NOT_LINKED:
+            if score < NOT_LINKED and name not in self.slow:
                 scores[identifier] = score
         by_file: dict[str, list[str]] = {}
         for identifier in sorted(scores, key=lambda key: (scores[key], key)):
