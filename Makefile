@@ -27,7 +27,7 @@ export MKL_NUM_THREADS ?= 1
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: light video help install sweeps smoke data run reconstruct model inspect view status report tutorial equations claims sensitivity readme docs article check format test test-cluster cluster planted bench golden digits golden-kernels archive verify clean pointlight $(FIGURES)
+.PHONY: light video help install sweeps smoke data run reconstruct model inspect view status report tutorial equations claims sensitivity readme docs article check format test test-cluster cluster mutants bench golden digits golden-kernels archive verify clean pointlight $(FIGURES)
 
 ##@ Begin
 help: ## print this list
@@ -148,8 +148,8 @@ test: $(DEV) ## run the tests; ALL=1: also the thorough ones; ARGS=tests/core: s
 test-cluster: $(DEV) ## test LAUNCH=slurm on a Slurm of two nodes on this machine (Debian: slurmctld slurmd slurm-client munge)
 	@TEST_CLUSTER=1 $(VENV)/bin/python -m pytest -n 0 tests/cluster $(ARGS)
 
-planted: $(DEV) ## plant defects in a copy of the tree and run the tests; ARGS=10: some, drawn by the commit; ARGS=core/camera
-	@$(VENV)/bin/python -m tests.planted $(ARGS)
+mutants: $(DEV) ## change operators, numbers and arguments in a copy of the tree: do tests notice? N=, SEED=; ARGS="only=core again"
+	@$(VENV)/bin/python -m tests.mutants $(or $(SEED),1) $(or $(N),10) $(ARGS)
 
 bench: $(DEV) ## measure run times relative to peers and naive loops
 	@$(VENV)/bin/python -m tests.benchmarks $(ARGS)

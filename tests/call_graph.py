@@ -16,16 +16,17 @@ Node = ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef
 
 
 class CallGraph:
-    """The functions, classes and methods below a package's folder, by dotted name."""
+    """The functions, classes and methods below the folders of packages, by dotted name."""
 
-    def __init__(self, package: Path) -> None:
+    def __init__(self, *packages: Path) -> None:
         self.modules: dict[str, dict[str, str]] = {}
         self.bodies: dict[str, tuple[str, list[ast.AST]]] = {}
         self.methods: dict[str, list[str]] = {}
-        for path in sorted(package.rglob("*.py")):
-            parts = path.relative_to(package.parent).with_suffix("").parts
-            name = ".".join(parts).removesuffix(".__init__")
-            self._read(name, ast.parse(path.read_text(encoding="utf-8")))
+        for package in packages:
+            for path in sorted(package.rglob("*.py")):
+                parts = path.relative_to(package.parent).with_suffix("").parts
+                name = ".".join(parts).removesuffix(".__init__")
+                self._read(name, ast.parse(path.read_text(encoding="utf-8")))
 
     def _read(self, module: str, tree: ast.Module) -> None:
         names: dict[str, str] = {}

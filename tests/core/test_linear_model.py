@@ -269,6 +269,25 @@ def test_a_frequency_that_all_share_is_left_alone() -> None:
     assert linear_model.fit(np.array([[1.0, 0.1], [1.0, 0.3]]), 1, scale_last=None).last_scale == 1.0
 
 
+@pytest.mark.parametrize("frequency", [False, True])
+@pytest.mark.parametrize("hidden", [[], [3, 4, 11]])
+def test_coefficients_are_those_that_made_the_samples(frequency: bool, hidden: list[int]) -> None:
+    generator = np.random.default_rng(7)
+    people = walkers(generator, 12)
+    rates = generator.uniform(0.8, 1.1, 12) if frequency else None
+    model = linear_model.fit(linear_model.flatten(people, rates), 5)
+    truth = 100.0 * generator.standard_normal((4, 5))
+    samples = model.mean + truth @ model.components
+    samples[:, -1] /= model.last_scale
+    measured = ~np.isin(np.arange(15), hidden)
+    linear_model.unflatten(samples)[..., hidden, :] = np.nan
+    output = linear_model.coefficients(model, np.nan_to_num(samples), measured=measured)
+    np.testing.assert_allclose(output, truth, rtol=1e-9, atol=1e-7)
+    if not hidden:
+        largest = linear_model.largest_coefficients(model, samples)
+        np.testing.assert_allclose(largest, np.abs(truth).max(axis=0), rtol=1e-9)
+
+
 @given(fold=folds(), angle=angles, prior=st.booleans())
 @settings(max_examples=40, deadline=None)
 def test_the_whitened_form_is_the_projected_eigenwalkers(fold: Fold, angle: float, prior: bool) -> None:

@@ -499,6 +499,7 @@ def test_a_file_is_read_as_it_stands(tmp_path: Path) -> None:
             "little2000_claim, kind",
             {"value": "rumour"},
         ),
+        ("quantities:\n", "rests_on: {little2000_fig1: a text}\nquantities:\n", "wrong_type", "rests_on", {}),
         ("    quote: about 10 mm", "", "missing_key", "little2000_claim", {"key": "quote"}),
         ("    short: little claim\n", "", "missing_key", "little2000_claim", {"key": "short"}),
         ("short: little claim", f"short: {'a' * 41}", "wrong_length", "little2000_claim, short", {}),

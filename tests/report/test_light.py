@@ -131,9 +131,18 @@ def test_the_metadata_describe_every_file_and_every_run(results: Path, lock: Pat
     assert {"name", "description", "datePublished", "license", "conformsTo"} <= root.keys()
     for part in root["hasPart"]:
         assert entities[part["@id"]]["sha256"] == file_digest(target / part["@id"])
+        assert entities[part["@id"]]["contentSize"] == str((target / part["@id"]).stat().st_size)
+    table = entities["zhang2007_fig5/table_many.csv.gz"]
+    assert (table["name"], table["encodingFormat"]) == ("table_many.csv.gz", "application/gzip")
+    assert entities["zhang2007_fig5/recording.rrd"]["encodingFormat"] == "application/octet-stream"
     runs = [entity for entity in graph if entity["@type"] == "CreateAction"]
     assert [run["@id"] for run in runs] == [f"#{name}" for name in FIGURES]
     assert root["mentions"] == [{"@id": run["@id"]} for run in runs]
+    names = {part["@id"] for part in root["hasPart"]}
+    for run, figure in zip(runs, FIGURES, strict=True):
+        assert {item["@id"] for item in run["result"]} == {n for n in names if n.startswith(f"{figure}/")}
+        assert run["instrument"] == {"@id": "#gait-pipeline"}
+    assert entities["#gait-pipeline"]["softwareVersion"] == FACTS["commit"]
     # Whatever an entity refers to is there, or lies outside of the archive.
     for entity in graph:
         for value in entity.values():

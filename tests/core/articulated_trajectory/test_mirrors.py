@@ -195,3 +195,11 @@ def test_reconstructions_that_share_their_choices_are_those_made_alone(given: bo
         alone = articulated.reconstruct(*arguments, options, chain=ARM)
         np.testing.assert_array_equal(shared.under(options).whole().positions, alone.positions)
     assert bool(shared.choices) == given
+    # The steps after the choices need the same ones, another noise does not.
+    for step in ("try_mirrors", "refine", "use_hinges"):
+        for on in (True, False):
+            assert bool(shared.under(replace(plain, **{step: on})).choices) == given, step
+    assert shared.under(replace(plain, noise_px=0.0)).choices == {}
+    if given:
+        assert shared.with_lengths(lengths.copy()).choices == shared.choices
+        assert shared.with_lengths(1.01 * lengths).choices == {}

@@ -231,6 +231,16 @@ def test_parallel_rays_do_not_tell_the_mirrors_apart(noise_px: float) -> None:
     assert solution.signs[0] == 1
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_of_two_equal_mirrors_the_first_frame_with_a_choice_is_in_front(seed: int) -> None:
+    """A tangent ray has no sign: the first frame here leaves none."""
+    middle, half_chord = candidates(np.random.default_rng(seed), 12, "parallel")
+    half_chord[0] = 0.0
+    solution = minimise(cosine_basis(12, 6), middle, half_chord, time_limit_s=30.0)
+    assert solution.margin == pytest.approx(1.0, abs=1e-9)
+    assert solution.signs[1] == 1
+
+
 @given(seed=seeds, frames=st.integers(6, 40), style=st.sampled_from(STYLES), kind=st.sampled_from(BASES))
 @example(seed=452947, frames=19, style="parallel", kind="hard")
 @settings(max_examples=60)

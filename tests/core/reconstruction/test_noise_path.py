@@ -53,6 +53,17 @@ def test_the_path_of_errors_is_that_of_single_reconstructions() -> None:
         np.testing.assert_allclose(path[:, s], expected, rtol=1e-9)
 
 
+def test_a_path_of_many_variances_passes_through_single_reconstructions() -> None:
+    """A long path is interpolated from a few variances."""
+    people = flatten(walkers(np.random.default_rng(6), 40))
+    model, view, sweep = fit(people[1:], 30), np.radians([-60.0, 10.0]), np.arange(1.0, 626.0)
+    path = error_path(model, people[0], view, sweep)
+    for s in (0, 1, 17, 300, 624):
+        first = reconstruction.from_known_views(model, people[0], view, noise_variance=sweep[s])
+        expected = errors.walker_error(errors.absolute_error(first.delta))
+        np.testing.assert_allclose(path[:, s], expected, rtol=1e-9)
+
+
 def test_what_depends_on_the_model_alone_serves_all_walkers_bit_by_bit() -> None:
     people = flatten(walkers(np.random.default_rng(5), 20))
     model, view, sweep = fit(people[3:], 12), np.radians([-60.0, 10.0]), np.arange(1.0, 200.0)

@@ -194,6 +194,17 @@ def test_a_root_without_channels_stands_at_its_offset(copy: Path) -> None:
         assert read.positions_mm[0, 1] == pytest.approx([10, 220, 30])
 
 
+def test_joints_of_two_people_with_equal_names_have_the_number_of_the_person_in_front(copy: Path) -> None:
+    head, motion = copy.read_text().split("MOTION")
+    joints = head.partition("ROOT")[2]
+    rows = [f"{row} {row}" for row in motion.splitlines() if row[:1].isdigit() or row[:1] == "-"]
+    times = [line for line in motion.splitlines() if line.startswith("Frame")]
+    copy.write_text(f"{head}ROOT{joints}MOTION\n" + "\n".join([*times, *rows]) + "\n")
+    single, double = bvh.read(BVH), bvh.read(copy)
+    assert double.names == tuple(f"{person}:{name}" for person in (1, 2) for name in single.names)
+    np.testing.assert_array_equal(double.positions_mm, np.tile(single.positions_mm, (1, 2, 1)))
+
+
 def test_two_end_sites_of_one_joint_have_names_of_their_own(copy: Path) -> None:
     end = "\t\tEnd Site\r\n\t\t{\r\n\t\t\tOFFSET 0.0 10.0 0.0\r\n\t\t}\r\n"
     replace(copy, end, end + end.replace("10.0", "12.0"))
