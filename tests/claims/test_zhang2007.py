@@ -61,6 +61,10 @@ def test_the_cumulative_variance_rises_to_the_whole(synthetic_tables: Tables) ->
 # --- section 4.2: reconstruction at a known view ----------------------------------------------------------
 
 
+def test_bayes_rule_avoids_coefficients_beyond_training(synthetic_tables: Tables) -> None:
+    assert_holds(synthetic_tables, "bayes_avoids_overfitting")
+
+
 def test_the_optimal_variance_lies_inside_the_swept_range(synthetic_tables: Tables) -> None:
     assert_holds(synthetic_tables, "optimal_variance", "optimal_variance_nested")
 
