@@ -251,8 +251,8 @@ class Recording:
         if content:
             film = rr.AssetVideo(contents=content, media_type=rr.components.MediaType.MP4)
             pictures = film.read_frame_timestamps_nanos()
-            shown = rr.VideoFrameReference.columns_nanos(pictures)
-            self._add(f"{entity}/film", film, at=at, columns=shown, rows=len(pictures))
+            references = rr.VideoFrameReference.columns_nanos(pictures)
+            self._add(f"{entity}/film", film, at=at, columns=references, rows=len(pictures))
 
     def curve(
         self,

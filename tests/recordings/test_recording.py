@@ -125,8 +125,8 @@ def test_a_film_is_seen_through_its_camera(tmp_path: Path) -> None:
     # Right, down, away: the camera looks along +y, pitched by 0.2, from 1 m above the ground.
     c, s = np.cos(0.2), np.sin(0.2)
     axes = np.array([[1.0, 0, 0], [0, -s, -c], [0, c, -s]])
-    place = np.array([100.0, -3000.0, 1000.0])
-    matrix = np.column_stack([inner @ axes, -inner @ axes @ place])
+    centre = np.array([100.0, -3000.0, 1000.0])
+    matrix = np.column_stack([inner @ axes, -inner @ axes @ centre])
     path, at = tmp_path / "film.rrd", [0.5, 0.6, 0.8]
     content = (Path(__file__).parent / "three_pictures.mp4").read_bytes()
     with Recording(path, name="film", about="# Film", at=at) as recording:
@@ -140,16 +140,16 @@ def test_a_film_is_seen_through_its_camera(tmp_path: Path) -> None:
     back = read_column(path, "image", "Transform3D:mat3x3")[1].reshape(3, 3)  # columns after one another
     np.testing.assert_allclose(back, axes, atol=1e-6)
     np.testing.assert_allclose(
-        read_column(path, "image", "Transform3D:translation")[1].ravel(), place / 1e3, rtol=1e-6
+        read_column(path, "image", "Transform3D:translation")[1].ravel(), centre / 1e3, rtol=1e-6
     )
     np.testing.assert_allclose(
         read_column(path, "image", "Pinhole:image_from_camera")[1].reshape(3, 3).T, inner, atol=1e-4
     )
     assert read_column(path, "image", "Pinhole:resolution")[1].ravel().tolist() == [64.0, 48.0]
     assert read_column(path, "image", "Pinhole:image_plane_distance")[1].ravel() == pytest.approx(0.7)
-    times, shown = read_column(path, "image/film", "VideoFrameReference:timestamp", "time")
+    times, stamps = read_column(path, "image/film", "VideoFrameReference:timestamp", "time")
     assert times.tolist() == at
-    assert shown.ravel().tolist() == [0, 40_000_000, 80_000_000]
+    assert stamps.ravel().tolist() == [0, 40_000_000, 80_000_000]
     assert bytes(read_column(path, "image/film", "AssetVideo:blob")[1].ravel().tolist()) == content
 
 

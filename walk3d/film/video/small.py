@@ -25,7 +25,7 @@ KEY_PX = 360
 MAX_KEY_CHARACTERS = 590_000
 """Largest total length of the key frames in base64."""
 _COUNTS, _QUALITIES = (80, 40, 20, 10), (70, 50)
-"""Largest numbers and JPEG qualities of the key frames, of which the first that fit are used."""
+"""Largest numbers and JPEG qualities of the key frames; the first that fit are used."""
 
 
 def thinned(numbers: Sequence[int] | np.ndarray, most: int) -> np.ndarray:

@@ -181,12 +181,12 @@ def test_recording_and_page_show_image_mean_samples_and_view(model: Path, tmp_pa
     assert np.nanmedian(np.abs(observed - output)) < 15.0
     # The camera of the recording shows the walk of its space where the image has it.
     _, walked = reading.read_column(file, "walked/reconstructed", "Points3D:positions", "time")
-    place, axes, inner = (
+    centre, axes, inner = (
         reading.read_column(file, "image", name)[1].ravel()
         for name in ("Transform3D:translation", "Transform3D:mat3x3", "Pinhole:image_from_camera")
     )
-    seen = (walked - place) @ axes.reshape(3, 3).T @ inner.reshape(3, 3)
-    assert np.median(np.abs(seen[..., :2] / seen[..., 2:] - output)) < 5.0
+    projected = (walked - centre) @ axes.reshape(3, 3).T @ inner.reshape(3, 3)
+    assert np.median(np.abs(projected[..., :2] / projected[..., 2:] - output)) < 5.0
     assert walked[:, [11, 14], 2].min() == pytest.approx(0.0, abs=0.05)  # ankles on the ground
 
 
