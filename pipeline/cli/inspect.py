@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from pipeline import formats, mappings
-from pipeline.cli.output import tell_section
+from pipeline.cli.output import tell_section, tell_table
 from pipeline.cli.walkers import options_of
 from pipeline.clips.walks import walk_in
 from pipeline.ingestion import joints, nearest_joints
@@ -32,6 +32,7 @@ class Inspect:
 
     write: str = ""
     replace: bool = False
+    details: bool = False
     skeleton: str = ""
     units: str = ""
     frame_rate_hz: Annotated[float, bounded(above=0, at_most=1e5)] | None = None
@@ -49,8 +50,12 @@ class Findings:
     name : str
     lines : list of str
         Lines to print.
+    refusal : str
+        Reason why the recording is not a walk, or is not used; empty for a walk.
     mapping : str
         Mapping that fits; empty if none fits.
+    joints : int
+        Number of joints, of 15, that the mapping gives.
     strides : float
         Number of strides of steady walking; 0 without a walk.
     people : tuple of str
@@ -59,7 +64,9 @@ class Findings:
 
     name: str
     lines: list[str] = field(default_factory=list)
+    refusal: str = ""
     mapping: str = ""
+    joints: int = 0
     strides: float = 0.0
     people: tuple[str, ...] = ()
 
@@ -109,6 +116,7 @@ def inspect(arguments: Sequence[str]) -> Iterator[Findings]:
             motion = formats.read(path, **stated, up=options.up)
         except InvalidInput as refusal:
             findings.lines.append(f"cannot be read: {refusal}")
+            findings.refusal = f"cannot be read: {_in_words(refusal.code)}"
             yield findings
             continue
         findings.lines += _of_file(motion, path.suffix)
@@ -124,6 +132,7 @@ def inspect(arguments: Sequence[str]) -> Iterator[Findings]:
             fit = mappings.suggest(motion, candidates)
         except InvalidInput as refusal:
             findings.lines.append(f"cannot be used: {refusal}")
+            findings.refusal = f"cannot be used: {_in_words(refusal.code)}"
             if findings.people:
                 findings.lines.append(f"next: {_again(path, f'subject={shlex.quote(findings.people[0])}')}")
             yield findings
@@ -132,11 +141,17 @@ def inspect(arguments: Sequence[str]) -> Iterator[Findings]:
             _of_walk(motion, fit, path, options, findings)
         else:
             findings.lines += _of_no_mapping(motion, fit, path)
+            findings.refusal = "no mapping fits"
         if target := options.write:
             _write(motion, Path(target), path, findings, replace=options.replace)
         elif not fit.usable:
             findings.lines.append(f"next: {_again(path, 'write=my_lab.yaml')}")
         yield findings
+
+
+def _in_words(code: str) -> str:
+    """Return the name of a fault in words."""
+    return code.replace("_", " ")
 
 
 def _statics(files: Sequence[Path]) -> dict[Path, tuple[Path, ...]]:
@@ -178,7 +193,10 @@ def summary(folder: Path, findings: Sequence[Findings]) -> list[str]:
     who = sorted(
         {_person(each.name, BY_FOLDER) if doubled else _person(Path(each.name).name) for each in walks}
     )
-    lines = [f"{len(walks)} of {len(findings)} files contain walks, of {len(who)} people: {listed(who)}"]
+    lines = [
+        f"{len(walks)} of {len(findings)} files contain walks, of {len(who)} people: {listed(who)};"
+        " details=true shows each file"
+    ]
     if doubled:
         lines.append(f"(several folders have files of the same name: set data.person={WHOSE} in runs)")
     elif len(who) < len(walks) or len(who) < 3:
@@ -191,6 +209,8 @@ def summary(folder: Path, findings: Sequence[Findings]) -> list[str]:
             "next: python -m pipeline experiment=zhang2007_fig5 data=folder"
             f" data.path={shlex.quote(str(folder))} skeleton=auto" + f" data.person='{BY_FOLDER}'" * doubled
         )
+    else:
+        lines.append(f"next: {_again(folder, 'details=true')}   (a figure needs walks of three people)")
     if others := _other_files(folder):
         lines.append(f"not read: {others}")
     return lines
@@ -248,8 +268,8 @@ def _of_walk(
     motion: MotionCapture, fit: mappings.Fit, path: Path, options: Inspect, findings: Findings
 ) -> None:
     """Add to the findings the joints that the mapping gives, and the steady walk or the reason why there is none."""
-    findings.mapping = fit.mapping.name
-    line = f"mapping: {fit.mapping.name}, {15 - len(fit.missing)} of 15 joints"
+    findings.mapping, findings.joints = fit.mapping.name, 15 - len(fit.missing)
+    line = f"mapping: {fit.mapping.name}, {findings.joints} of 15 joints"
     if fit.missing:
         line += f"; estimated in walks: {', '.join(fit.missing)}"
     findings.lines.append(line)
@@ -259,6 +279,7 @@ def _of_walk(
         up = up_axis(motion, fit.mapping)
     except InvalidInput as refusal:
         findings.lines.append(str(refusal))
+        findings.refusal = f"cannot be used: {_in_words(refusal.code)}"
         return
     findings.lines.append(f"axis up: {up}")
     walk = walk_in(path.name, positions, read.frame_rate_hz, valid, options.up)
@@ -274,6 +295,7 @@ def _of_walk(
             if complaint.sentence != walk.row["reason"]
         ]
         findings.lines.append(f"not usable as a walk: {reason}")
+        findings.refusal = f"not a walk: {_in_words(code)}"
         findings.lines.append(f"next: {_after_refusal(code, values, path, options, run)}")
         return
     findings.strides = walk.row["strides"]
@@ -334,8 +356,10 @@ def _write(motion: MotionCapture, target: Path, source: Path, findings: Findings
 def look(arguments: Sequence[str]) -> int:
     """Show points, mapping and walk of recordings, and the next command: inspect PATH [OPTION=VALUE ...].
 
-    PATH is a file or a folder; subfolders are included.  The exit status is 1 if no mapping fits any recording.
+    PATH is a file or a folder; subfolders are included.  A folder is shown as one table with one next command.  The
+    exit status is 1 if no mapping fits any recording.
 
+    details=true          print what a single file shows for each file of a folder
     write=my_lab.yaml     write a proposed mapping of the file's points to joints, with every guess marked
     replace=true          let write= replace an existing file
     skeleton=…            use this shipped mapping or file.yaml; default: the mapping that fits best
@@ -347,13 +371,23 @@ def look(arguments: Sequence[str]) -> int:
                           automatically if its name begins with the person's and contains the word static
     """
 
-    inspected = []
-    for findings in inspect(arguments):
-        tell_section(findings.name, findings.lines)
-        inspected.append(findings)
     folder = next((Path(item) for item in arguments if Path(item).is_dir()), None)
+    table, inspected = folder is not None and not {"details=true", "details=1"} & {*arguments}, []
+    for findings in inspect(arguments):
+        if not table:
+            tell_section(findings.name, findings.lines)
+        inspected.append(findings)
+    if table:
+        tell_table(("file", "mapping", "joints", "strides", "walk"), [*map(_row, inspected)])
     if folder is not None:
         tell_section("summary", summary(folder, inspected))
     return (
         0 if any(each.mapping for each in inspected) or any(a.startswith("write=") for a in arguments) else 1
     )
+
+
+def _row(findings: Findings) -> tuple[str, ...]:
+    """Return the cells of a recording in the table of a folder."""
+    strides = f"{findings.strides:.1f}" if findings.strides else ""
+    joints_of_15 = str(findings.joints or "")
+    return findings.name, findings.mapping, joints_of_15, strides, findings.refusal or "yes"

@@ -339,6 +339,8 @@ def _run(arguments: Sequence[str]) -> int:
             return 0
         if first in COMMANDS and first not in LIGHT:
             _announce(first, others)
+        else:
+            print(" ".join([first, *(item for item in others[:1] if "=" not in item)]), flush=True)
         return command(first)(others)
     if first.find("=") < 1 and not first.startswith("-"):
         from pipeline.validation import InvalidInput

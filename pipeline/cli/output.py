@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
-from collections.abc import Iterable
+import textwrap
+from collections.abc import Iterable, Sequence
+from itertools import zip_longest
 
 from pipeline.validation import printable
 
+MIN_WRAPPED = 12
+"""Smallest width of the last column of a table."""
 _CODES = {"bold": "1", "dim": "2"}
 
 
@@ -23,3 +28,17 @@ def tell_section(title: str, lines: Iterable[str]) -> None:
     tell(title, "bold")
     for line in lines:
         tell(f"  {line}")
+
+
+def tell_table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Print a table as wide as the terminal; the first and the last column are wrapped."""
+    every = [headings, *rows]
+    columns = shutil.get_terminal_size((160, 24)).columns
+    widths = [max(len(row[k]) for row in every) for k in range(len(headings))]
+    widths[0] = min(widths[0], columns // 2)
+    widths[-1] = max(columns - sum(widths[:-1]) - 2 * len(widths[1:]), MIN_WRAPPED)
+    for number, row in enumerate(every):
+        cells = [textwrap.wrap(cell, width) for cell, width in zip(row, widths, strict=True)]
+        for line in zip_longest(*cells, fillvalue=""):
+            padded = (f"{cell:<{width}}" for cell, width in zip(line, widths, strict=True))
+            tell("  ".join(padded).rstrip(), "" if number else "bold")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby
@@ -90,27 +91,28 @@ Made = Outcome | Failure
 def summarise(
     outcomes: Sequence[Outcome], verdicts: Sequence[Verdict], console: Console, *, seconds: float
 ) -> None:
-    """Print the table of figures with files and seconds, the verdicts on the papers' claims, and the remarks.
+    """Print the table of figures with seconds, their folders, the verdicts on the papers' claims, and the remarks.
 
     `seconds` is the duration of the whole run.
     """
     figures = Table(title="Figures", title_justify="left", box=None, pad_edge=False)
-    for heading in ("figure", "seconds", "figure stage", "processor", "reused", "folder", "files"):
-        numeric = heading in ("seconds", "figure stage", "processor")
-        figures.add_column(heading, justify="right" if numeric else "left")
+    for heading in ("figure", "seconds", "figure stage", "processor", "reused"):
+        left = heading in ("figure", "reused")
+        figures.add_column(heading, justify="left" if left else "right", no_wrap=heading == "figure")
     for outcome in outcomes:
-        files = sorted(p.name for p in outcome.folder.iterdir() if p.suffix in {".rrd", ".svg", ".png"})
-        tables = sorted(p.name for p in outcome.folder.glob("table*.csv"))
         figures.add_row(
             outcome.figure,
             f"{sum(outcome.seconds.values()):.2f}",
             f"{outcome.seconds['figure']:.2f}",
             f"{outcome.processor_s:.2f}",
             " ".join(outcome.reused) or "-",
-            f"{outcome.folder}/",
-            f"{len(tables)} tables, {' '.join(files)}",
         )
     console.print(figures)
+    for folder in dict.fromkeys(outcome.folder for outcome in outcomes):
+        console.print(f"{folder}/", soft_wrap=True)  # never shortened: it is copied
+    kinds = Counter(path.suffix for outcome in outcomes for path in outcome.folder.iterdir())
+    files = [f"{kinds[end]} {kind}{'s' * (kinds[end] > 1)}" for end, kind in _KINDS.items() if kinds[end]]
+    console.print(f"Files: {', '.join(files)}.")
     processor = sum(outcome.processor_s for outcome in outcomes)
     console.print(
         f"Made in {seconds:.1f} s with {processor:.1f} s of processor time (seconds per stage over all figures: "
@@ -119,11 +121,14 @@ def summarise(
     )
     if verdicts:
         rows = claim_rows(verdicts)
-        console.print(claims_table(rows))
+        console.print(claims_table(rows, console.width))
         console.print("\n".join(counts(verdicts)), soft_wrap=True)
     for remark in dict.fromkeys(r for outcome in outcomes for r in outcome.remarks):
         console.print(Text(remark, style="yellow"), soft_wrap=True)
 
+
+_KINDS = {".csv": "table", ".svg": "picture", ".rrd": "recording"}
+"""Names of kinds of files by suffix."""
 
 _AGREEMENTS = {
     "agrees": "green",
@@ -142,6 +147,9 @@ _BEYOND = {
     "unknown": ("yellow", "not known"),
 }
 """Styles of the answers in counting order, and their words in counts."""
+
+_SHORT = {"not judged at smoke scale": "not judged"}
+"""Words of the table that are shorter than those of the counts below it."""
 
 Row = dict[str, str]
 
@@ -174,22 +182,28 @@ def claim_rows(verdicts: Sequence[Verdict]) -> list[Row]:
 
 
 def claims_table(rows: Sequence[Row], width: int = 160) -> Table:
-    """Return the table of claims by kind: both answers, the published number, ours and the baseline's.
+    """Return the table of claims by kind and paper: both answers, the short name, the published number and ours.
 
-    Below a width of `WIDE` columns, the baseline's number is left out.
+    The baseline's number needs a width of `WIDE` columns.
     """
     table = Table(title="Claims", title_justify="left", box=None, pad_edge=False)
-    verdicts = ("agreement", "beyond baseline")
-    others = ["paper", "claim", "published", "ours", "unit", *(["baseline"] if width >= WIDE else [])]
-    for heading in (*verdicts, *others):
-        right = heading in ("published", "ours", "baseline")
-        table.add_column(heading, justify="right" if right else "left", overflow="fold")
-    for kind, of_kind in groupby(rows, lambda row: row["kind"]):
-        table.add_row(Text(f"{kind}s", style="bold"))
-        for row in of_kind:
-            styles = (_AGREEMENTS.get(row["agreement"], ""), _BEYOND.get(row["beyond baseline"], ("",))[0])
-            answers = [Text(row[name], style) for name, style in zip(verdicts, styles, strict=True)]
-            table.add_row(*answers, *(row[name] for name in others))
+    table.add_column("agreement", no_wrap=True)
+    table.add_column("beyond", no_wrap=True)
+    table.add_column("claim")
+    for heading in ("paper", "ours", *(["baseline"] if width >= WIDE else [])):
+        table.add_column(heading, justify="right")
+    for (kind, paper), of_group in groupby(rows, lambda row: (row["kind"], row["paper"])):
+        table.add_row(Text(f"{kind}s", style="bold"), "", Text(paper, style="bold"))
+        for row in of_group:
+            agreement, beyond = row["agreement"], row["beyond baseline"]
+            table.add_row(
+                Text(_SHORT.get(agreement, agreement), _AGREEMENTS.get(agreement, "")),
+                Text(beyond, _BEYOND.get(beyond, ("",))[0]),
+                row["claim"],
+                row["published"],
+                f"{row['ours']} {row['unit']}".strip() if row["ours"] else "",
+                *([row["baseline"]] if width >= WIDE else []),
+            )
     return table
 
 

@@ -63,6 +63,29 @@ def body(
     return joints, joints[:, pairs], Extent(low, high)
 
 
+def camera_pose(entity: str, matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray, Extent]:
+    """Return centres (T, 3), m, and axes (T, 3, 3), in columns, of cameras with matrices (T, 3, 4), and their box."""
+    turned = require_finite(entity, require_shape(entity, matrix, ("T", 3, 4)))[..., :3]
+    centre = -np.linalg.solve(turned, matrix[..., 3:])[..., 0] * METRES
+    away = turned[:, 2] / np.linalg.norm(turned[:, 2], axis=-1, keepdims=True)
+    down = turned[:, 1] - (turned[:, 1] * away).sum(axis=-1, keepdims=True) * away
+    down = down / np.linalg.norm(down, axis=-1, keepdims=True)
+    axes = np.stack([np.cross(down, away), down, away], axis=-1)
+    low, high = (tuple(end(centre, axis=0).tolist()) for end in (np.min, np.max))
+    return centre, axes, Extent(low, high)
+
+
+def pinhole(focal: Any, centre: Any, size: Any, distance: float) -> rr.Pinhole:
+    """Return a camera with an image of this size, which the viewer draws at a distance, m."""
+    (along, across), (column, row) = focal, centre
+    return rr.Pinhole.from_fields(
+        image_from_camera=[[along, 0.0, column], [0.0, across, row], [0.0, 0.0, 1.0]],
+        resolution=size,
+        camera_xyz=rr.ViewCoordinates.RDF,
+        image_plane_distance=distance,
+    )
+
+
 def time_column(entity: str, timeline: str, values: Any, rows: int) -> rr.TimeColumn:
     """Return the column of a timeline: seconds for ``time``, integers for any other name."""
     where = f"{entity} on {timeline}"

@@ -13,7 +13,16 @@ import numpy as np
 import rerun as rr
 
 from pipeline.charts import Chart, lines_of, on_timeline
-from pipeline.recordings.columns import band, body, partitioned, rgb, time_column, vector
+from pipeline.recordings.columns import (
+    band,
+    body,
+    camera_pose,
+    partitioned,
+    pinhole,
+    rgb,
+    time_column,
+    vector,
+)
 from pipeline.recordings.hollow import RING, hollow_joints
 from pipeline.recordings.layout import METRES, Extent, blueprint
 from pipeline.scenes import Plot, Split, View
@@ -201,20 +210,49 @@ class Recording:
         """
         half = 1.1 * np.nanmax(np.abs(image_mm), axis=(0, 1))
         self.skeleton(f"{entity}/seen", image_mm + half * [1.0, -1.0])
-        turned = require_finite(entity, require_shape(entity, matrix, (len(image_mm), 3, 4)))[..., :3]
-        centre = -np.linalg.solve(turned, matrix[..., 3:])[..., 0] * METRES
-        axes = turned / np.linalg.norm(turned, axis=-1, keepdims=True)  # right, down, away
-        low, high = (tuple(end(centre, axis=0).tolist()) for end in (np.min, np.max))
-        focal, (right, down) = distance_mm * METRES, half * METRES
-        pinhole = rr.Pinhole.from_fields(
-            image_from_camera=[[focal, 0.0, right], [0.0, focal, down], [0.0, 0.0, 1.0]],
-            resolution=[2.0 * right, 2.0 * down],
-            camera_xyz=rr.ViewCoordinates.RDF,
-            image_plane_distance=_FRUSTUM * focal,
-        )
-        placed = rr.Transform3D.columns(translation=centre, mat3x3=axes.swapaxes(-1, -2))
-        extent = Extent(low, high)
-        self._add(entity, pinhole, extent=extent, at=self._at, columns=placed, rows=len(centre))
+        require_shape(entity, matrix, (len(image_mm), 3, 4))
+        centre, axes, extent = camera_pose(entity, matrix)
+        focal, half = distance_mm * METRES, half * METRES
+        image = pinhole((focal, focal), half, 2.0 * half, _FRUSTUM * focal)
+        placed = rr.Transform3D.columns(translation=centre, mat3x3=axes)
+        self._add(entity, image, extent=extent, at=self._at, columns=placed, rows=len(centre))
+
+    def film(
+        self,
+        entity: str,
+        matrix: np.ndarray,
+        size_px: np.ndarray,
+        *,
+        frustum_mm: float,
+        content: bytes = b"",
+        at: Sequence[float] | np.ndarray = (),
+    ) -> None:
+        """Add a camera that does not move, whose image in pixels is `entity`, and its film on ``<entity>/film``.
+
+        Parameters
+        ----------
+        entity : str
+        matrix : (3, 4) float
+            Matrix from a homogeneous point of the world, mm, to the image, px; its origin is the upper left corner.
+        size_px : (2,) float
+            Width and height of the image.
+        frustum_mm : float
+            Distance from the camera at which the viewer draws the image in space.
+        content : bytes
+            MP4 film; empty for a camera without a film.
+        at : (P,) array
+            Values of the timeline of the film's pictures.
+        """
+        (centre,), (axes,), extent = camera_pose(entity, matrix[None])
+        inner = matrix[:, :3] @ axes
+        inner = inner / inner[2, 2]
+        image = pinhole(np.diag(inner)[:2], inner[:2, 2], size_px, frustum_mm * METRES)
+        self._add(entity, image, rr.Transform3D(translation=centre, mat3x3=axes), extent=extent)
+        if content:
+            film = rr.AssetVideo(contents=content, media_type=rr.components.MediaType.MP4)
+            pictures = film.read_frame_timestamps_nanos()
+            references = rr.VideoFrameReference.columns_nanos(pictures)
+            self._add(f"{entity}/film", film, at=at, columns=references, rows=len(pictures))
 
     def curve(
         self,

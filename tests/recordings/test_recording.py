@@ -119,6 +119,40 @@ def test_a_camera_stands_where_it_was_and_its_frustum_looks_at_what_it_saw(tmp_p
     np.testing.assert_allclose(observed[:, :2] / observed[:, 2:], np.reshape(at["seen"], (15, 2)), atol=1e-5)
 
 
+def test_a_film_is_seen_through_its_camera(tmp_path: Path) -> None:
+    """Points of space at the image's corners and off its axis come back through the pinhole as they went in."""
+    inner = np.array([[50.0, 0.0, 32.0], [0.0, 50.0, 24.0], [0.0, 0.0, 1.0]])
+    # Right, down, away: the camera looks along +y, pitched by 0.2, from 1 m above the ground.
+    c, s = np.cos(0.2), np.sin(0.2)
+    axes = np.array([[1.0, 0, 0], [0, -s, -c], [0, c, -s]])
+    centre = np.array([100.0, -3000.0, 1000.0])
+    matrix = np.column_stack([inner @ axes, -inner @ axes @ centre])
+    path, at = tmp_path / "film.rrd", [0.5, 0.6, 0.8]
+    content = (Path(__file__).parent / "three_pictures.mp4").read_bytes()
+    with Recording(path, name="film", about="# Film", at=at) as recording:
+        recording.film("image", matrix, np.array([64.0, 48.0]), frustum_mm=700.0, content=content, at=at)
+        recording.image_points("image/seen", 1e3 * np.array([[[8.0, -4.0], [56.0, -40.0]]] * 3), [(0, 1)])
+        recording.skeleton("walked", walker(3))
+        recording.blueprint(
+            Columns(Image2D(name="i"), Space3D(name="s", origin="walked", contents=("walked", "image")))
+        )
+    verify(path)
+    back = read_column(path, "image", "Transform3D:mat3x3")[1].reshape(3, 3)  # columns after one another
+    np.testing.assert_allclose(back, axes, atol=1e-6)
+    np.testing.assert_allclose(
+        read_column(path, "image", "Transform3D:translation")[1].ravel(), centre / 1e3, rtol=1e-6
+    )
+    np.testing.assert_allclose(
+        read_column(path, "image", "Pinhole:image_from_camera")[1].reshape(3, 3).T, inner, atol=1e-4
+    )
+    assert read_column(path, "image", "Pinhole:resolution")[1].ravel().tolist() == [64.0, 48.0]
+    assert read_column(path, "image", "Pinhole:image_plane_distance")[1].ravel() == pytest.approx(0.7)
+    times, stamps = read_column(path, "image/film", "VideoFrameReference:timestamp", "time")
+    assert times.tolist() == at
+    assert stamps.ravel().tolist() == [0, 40_000_000, 80_000_000]
+    assert bytes(read_column(path, "image/film", "AssetVideo:blob")[1].ravel().tolist()) == content
+
+
 def test_missing_joints_stay_missing(tmp_path: Path) -> None:
     positions = walker(3)
     positions[1, 4] = np.nan

@@ -6,6 +6,9 @@
   const walk = JSON.parse(id("walk").textContent), F = walk.frames;
   const [points, image, world, half] = ["keypoints", "image", "positions", "half"].map(name => Gait.dequantise(walk[name]));
   const seen = Uint8Array.from(atob(walk.seen), c => c.charCodeAt(0));
+  // Key frames of the film.  The image shows the nearest one, and the keypoints and the reconstruction of its frame.
+  const film = walk.film.map(([f, jpeg]) => { const photo = new Image(); photo.src = `data:image/jpeg;base64,${jpeg}`; return { f, photo }; });
+  const nearest = f => film.length ? film.reduce((a, b) => Math.abs(b.f - f) < Math.abs(a.f - f) ? b : a) : { f };
   const frame = id("frame"), playing = { on: !still }, spin = { on: !still };
   frame.max = F - 1;
   // Colours of left, right and middle joints, the same as in the curves.
@@ -15,8 +18,9 @@
 
   const heights = Array.from({ length: F * 15 }, (_, i) => world[3 * i + 2]), low = Math.min(...heights), high = Math.max(...heights);
   const picture = new Stage(id("image"), 1, [0, 0]), space = new Stage(id("world"), 1, [0, 0]), ring = new Stage(id("ring"), 2.5, [0, 0]);
-  const [across, down] = walk.image_px;
-  Object.assign(picture, { high: down * 1.03, wide: across * 1.03, middle: [across / 2, -down / 2] });
+  // Edges of the part of the image that is drawn, px.
+  const [left, top, right, bottom] = walk.part.map((share, k) => share * walk.image_px[k % 2]);
+  Object.assign(picture, { high: (bottom - top) * 1.03, wide: (right - left) * 1.03, middle: [(left + right) / 2, -(top + bottom) / 2] });
   const tall = high - low;
   Object.assign(space, { high: tall * 1.22, wide: tall * 1.05, middle: [0, (low + high) / 2 - 0.03 * tall], azimuth: 0.5 });
   Object.assign(ring, { wide: 2.6, lift: Math.PI / 2, azimuth: 0 });
@@ -105,11 +109,13 @@
   // Some postures in the image for printing, all with the same height.
   const strip = node(id("strip"), "svg", { viewBox: "0 0 700 190" });
   for (let n = 0; n < 5; n++) {
-    const f = Math.round((F - 1) * n / 4), coordinate = x => Array.from({ length: 15 }, (_, j) => image[f * 30 + 2 * j + x]);
-    const [us, vs] = [coordinate(0), coordinate(1)], top = Math.min(...vs), scale = 165 / (Math.max(...vs) - top);
-    const at = j => [70 + 140 * n + (us[j] - us[8]) * scale, 5 + (vs[j] - top) * scale].map(v => v.toFixed(1));
-    for (const [a, b] of bones) node(strip, "line", { x1: at(a)[0], y1: at(a)[1], x2: at(b)[0], y2: at(b)[1], class: side(a, b) });
-    node(strip, "text", { x: 70 + 140 * n, y: 186, "text-anchor": "middle" }, `frame ${walk.frame_numbers[f]}`);
+    const { f, photo } = nearest(Math.round((F - 1) * n / 4)), coordinate = x => Array.from({ length: 15 }, (_, j) => image[f * 30 + 2 * j + x]);
+    const [us, vs] = [coordinate(0), coordinate(1)], head = Math.min(...vs), scale = 160 / (Math.max(...vs) - head);
+    const cell = node(strip, "svg", { x: 140 * n, width: 138, height: 172 });
+    const place = (u, v) => [69 + (u - us[8]) * scale, 6 + (v - head) * scale].map(c => c.toFixed(1)), at = j => place(us[j], vs[j]);
+    if (photo) node(cell, "image", { href: photo.src, x: place(left, top)[0], y: place(left, top)[1], width: (right - left) * scale, height: (bottom - top) * scale, preserveAspectRatio: "none" });
+    for (const [a, b] of bones) node(cell, "line", { x1: at(a)[0], y1: at(a)[1], x2: at(b)[0], y2: at(b)[1], class: side(a, b) });
+    node(strip, "text", { x: 69 + 140 * n, y: 186, "text-anchor": "middle" }, `frame ${walk.frame_numbers[f]}`);
   }
 
   let shown = -1;
@@ -120,11 +126,17 @@
       shown = f; for (const move of dots) move(f);
       id("frame-now").textContent = `${walk.frame_numbers[f]}, ${walk.times_s[f].toFixed(2)} s`;
     }
-    const colourOf = colours(), spot = (values, j) => picture.place(values[f * 30 + 2 * j], -values[f * 30 + 2 * j + 1]);
+    const colourOf = colours(), { f: key, photo } = nearest(f), spot = (values, j) => picture.place(values[key * 30 + 2 * j], -values[key * 30 + 2 * j + 1]);
     picture.begin();
-    picture.line([[0, 0], [across, 0], [across, down], [0, down], [0, 0]].map(([u, v]) => picture.place(u, -v)), ink("--muted"));
-    for (const [a, b] of bones) picture.line([spot(image, a), spot(image, b)], colourOf[side(a, b)], 2.4);
-    for (let j = 0; j < 15; j++) if (seen[f * 15 + j]) picture.dot(spot(points, j), 2.6, ink("--text"));
+    if (photo?.complete) picture.context.drawImage(photo, ...picture.place(left, -top), (right - left) * picture.scale, (bottom - top) * picture.scale);
+    picture.line([[left, top], [right, top], [right, bottom], [left, bottom], [left, top]].map(([u, v]) => picture.place(u, -v)), ink("--muted"));
+    // On a film, rims separate the colours from any background.
+    if (photo) for (const [a, b] of bones) picture.line([spot(image, a), spot(image, b)], "#000", 5);
+    for (const [a, b] of bones) picture.line([spot(image, a), spot(image, b)], photo && side(a, b) === "middle" ? "#CDCDCD" : colourOf[side(a, b)], photo ? 3 : 2.4);
+    for (let j = 0; j < 15; j++) if (seen[key * 15 + j]) {
+      if (photo) picture.dot(spot(points, j), 3.6, "#000");
+      picture.dot(spot(points, j), 2.6, photo ? "#FFF" : ink("--text"));
+    }
     if (spin.on) space.azimuth += step * 0.4;
     space.begin(); space.floor(low, tall * 0.5, direction(walk.heading_deg, 1));
     for (let j = 0; j < 15; j++) if (j !== 8) cloud(f, j, colourOf[side(j)]);

@@ -239,7 +239,7 @@ def test_inspect_says_that_files_of_one_name_need_the_person(walk: np.ndarray, t
     result = list(inspect([str(tmp_path)]))
     assert [first.name for first in result] == ["anna/walk_1.trc", "ben/walk_1.trc", "eva/walk_1.trc"]
     count, requested, following = summary(tmp_path, result)
-    assert count == "3 of 3 files contain walks, of 3 people: anna, ben, eva"
+    assert count.startswith("3 of 3 files contain walks, of 3 people: anna, ben, eva;")
     assert (
         "several folders have files of the same name: set data.person='^(.+?)/' if each folder" in requested
     )
@@ -266,9 +266,10 @@ def test_inspect_goes_on_after_a_file_of_two_people(walk: np.ndarray, tmp_path: 
     assert "The file states the unit mm; it is used instead of m." in stated.lines
     (tmp_path / "take.fbx").touch()
     described = summary(tmp_path, [both, first, metres])
-    assert described[0] == "2 of 3 files contain walks, of 2 people: b, c"
+    assert described[0].startswith("2 of 3 files contain walks, of 2 people: b, c;")
     assert "data.person=" in described[1]
-    assert described[2] == "not read: 1 .fbx (export it as BVH, in Blender for instance)"
+    assert described[2].startswith(f"next: python -m pipeline inspect {tmp_path} details=true")
+    assert described[3] == "not read: 1 .fbx (export it as BVH, in Blender for instance)"
     (ben,) = inspect([str(tmp_path / "a.c3d"), "subject=ben"])
     assert ben.strides > 2
     assert "data.subject=ben" in ben.lines[-1]

@@ -383,11 +383,16 @@ def table_rows(walk: Walk) -> dict[str, list[Any]]:
     return tables.of_rows(names, rows)
 
 
-def world_mm(reconstruction: Reconstruction) -> np.ndarray:
-    """Return positions (T, 15, 3) in level camera axes, path included, about the pelvis in mid-stretch."""
+def filmed_mm(reconstruction: Reconstruction) -> np.ndarray:
+    """Return positions (T, 15, 3) in level camera axes, path included, about the camera."""
     x, objective = reconstruction.fit.x, reconstruction.fit.objective
     unbiased = x.copy()
     unbiased[:SIZE] = reconstruction.posterior.walker.ravel()
-    level = objective.at(unbiased).level.T
+    return objective.at(unbiased).level.T
+
+
+def world_mm(reconstruction: Reconstruction) -> np.ndarray:
+    """Return positions (T, 15, 3) in level camera axes, path included, about the pelvis in mid-stretch."""
+    level = filmed_mm(reconstruction)
     middle = len(level) // 2
     return level - level[middle, WALKER15.index("pelvis")]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -50,8 +50,15 @@ def with_keypoints(
         yield replace(options, path=str(table), layout=options.layout or "mediapipe33")
 
 
-def overlay(walk: Walk, video: Path, path: Path) -> None:
-    """Write the video with the keypoints and the reconstructed skeleton drawn over it.
+def overlay(walk: Walk, frames: Iterable[tuple[int, np.ndarray]], path: Path) -> None:
+    """Write the film with the keypoints and the reconstructed skeleton drawn over it.
+
+    Parameters
+    ----------
+    walk : Walk
+    frames : iterable of (int, (H, W, 3))
+        Numbers and RGB pictures of the film's frames.
+    path : Path
 
     Raises
     ------
@@ -60,14 +67,15 @@ def overlay(walk: Walk, video: Path, path: Path) -> None:
     InvalidInput
         If the film cannot be written.
     """
-    from walk3d.film.video.overlay import write_overlay
+    from walk3d.film.video.overlay import SIDE_COLOURS, side_of, write_overlay
 
     keypoints: dict[int, np.ndarray] = {}
     drawn: dict[int, np.ndarray] = {}
     for stretch in walk.stretches:
         if not stretch.walks:
             continue
-        frames = stretch.frames.tolist()
-        keypoints |= zip(frames, stretch.pixels + walk.centre_px, strict=True)
-        drawn |= zip(frames, stretch.fitted.image_px + walk.centre_px, strict=True)
-    write_overlay(path, video, walk.source.frame_rate_hz, WALKER15.bones, keypoints, drawn)
+        numbers = stretch.frames.tolist()
+        keypoints |= zip(numbers, stretch.pixels + walk.centre_px, strict=True)
+        drawn |= zip(numbers, stretch.fitted.image_px + walk.centre_px, strict=True)
+    bones = {bone: SIDE_COLOURS[side_of(WALKER15.joints[joint] for joint in bone)] for bone in WALKER15.bones}
+    write_overlay(path, frames, walk.source.frame_rate_hz, bones, keypoints, drawn)

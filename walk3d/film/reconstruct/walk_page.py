@@ -15,8 +15,9 @@ import numpy as np
 from pipeline.report import templates
 from pipeline.report.templates import encoded, quantised
 from pipeline.validation import InvalidInput
+from walk3d.film.video.small import MAX_KEY_CHARACTERS, thinned
 
-MAX_BYTES = 1_000_000
+MAX_BYTES = 1_000_000 + MAX_KEY_CHARACTERS
 MAX_FRAMES = 600
 """Largest number of frames on the page; longer clips are thinned out."""
 _FOLDER = Path(__file__).resolve().parents[2] / "page"
@@ -109,8 +110,10 @@ class WalkPage:
     frames : Frames
     cycle : Cycle
     heading : Heading
-    pictures : sequence of (int, str)
-        Frames of the film with the skeleton over it: number and data URI.
+    film : sequence of (int, str)
+        Frames of the film: number, one of those on the page, and JPEG in base64.
+    film_part : (4,)
+        Left, top, right and bottom of the part of the image that they show, as shares of its size.
     """
 
     title: str
@@ -123,7 +126,8 @@ class WalkPage:
     frames: Frames
     cycle: Cycle
     heading: Heading
-    pictures: Sequence[tuple[int, str]] = ()
+    film: Sequence[tuple[int, str]] = ()
+    film_part: Sequence[float] = (0.0, 0.0, 1.0, 1.0)
 
 
 def write_walk_page(path: Path, page: WalkPage) -> None:
@@ -143,7 +147,7 @@ def write_walk_page(path: Path, page: WalkPage) -> None:
         {name: shared[name] for name in ("style", "script", "roles", "bones")},
         **own_words,
         policy=escape(shared["policy"]),
-        pictures=_pictures(page.pictures),
+        image_words=_image_words(page),
         alternatives="; dashed: also possible" if page.heading.alternatives_deg else "",
         rows="".join(_row(name, numbers) for name, numbers in page.cycle.numbers.items()),
         differences=_differences(page.cycle.numbers),
@@ -160,15 +164,13 @@ def write_walk_page(path: Path, page: WalkPage) -> None:
     path.write_bytes(content)
 
 
-def _pictures(pictures: Sequence[tuple[int, str]]) -> str:
-    """Return the frames of the film with the skeleton over them; empty without a film."""
-    if not pictures:
-        return ""
-    alt = "The reconstructed walk over frame {} of the film"
-    images = "".join(f'<img src="{address}" alt="{alt.format(number)}">' for number, address in pictures)
-    numbers = ", ".join(str(number) for number, _ in pictures)
-    words = f"frames {numbers} of the film: keypoints (dots) and the reconstruction (lines)"
-    return f'<figure class="film">{images}<figcaption>{words}</figcaption></figure>\n'
+def _image_words(page: WalkPage) -> str:
+    """Return the caption of the image."""
+    drawn = "keypoints (dots) and the projected reconstruction (lines)"
+    if not page.film:
+        return f"the image with its {drawn}"
+    every = f"{len(page.film)} of {len(page.frames.numbers)} frames"
+    return f"the film around the walker at {every}, with the {drawn} of the frame that is displayed"
 
 
 def _cell(number: Mapping[str, Any]) -> str:
@@ -207,7 +209,7 @@ def _packed(page: WalkPage) -> dict[str, Any]:
     """Return the data that the browser draws, thinned out for a long clip."""
     frames, cycle, heading = page.frames, page.cycle, page.heading
     every = -(-len(frames.numbers) // MAX_FRAMES)
-    numbers = frames.numbers[::every]
+    numbers = thinned(frames.numbers, MAX_FRAMES)
 
     def packed(values: np.ndarray) -> dict[str, str]:
         return quantised(values[::every].reshape(len(numbers), -1))
@@ -224,6 +226,8 @@ def _packed(page: WalkPage) -> dict[str, Any]:
         "image": packed(frames.reprojection_px),
         "positions": packed(frames.positions_mm),
         "half": packed(frames.half_mm),
+        "film": [[int(np.searchsorted(numbers, number)), jpeg] for number, jpeg in page.film],
+        "part": [*page.film_part],
         "image_px": frames.image_px.tolist(),
         "curve_names": cycle.curve_names,
         **{name: values.round(2).tolist() for name, values in cycle.curves.items()},

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from pipeline.resources import install_hint, missing_package
 from pipeline.storage import tables
@@ -19,7 +21,10 @@ from walk3d.film.reconstruct.clip import Input, Walk, reconstruct_clip
 from walk3d.film.reconstruct.model_file import SHIPPED
 from walk3d.film.reconstruct.motion import Format
 from walk3d.film.reconstruct.summary import summarise, table_rows
+from walk3d.film.reconstruct.walk_page import MAX_FRAMES
 from walk3d.film.video import cached
+from walk3d.film.video.film import numbered
+from walk3d.film.video.small import MAX_PICTURES, key_frames, small_pictures, thinned, walkers_part
 
 PAGE = "walk.html"
 
@@ -107,10 +112,16 @@ def _fill(folder: Path, walk: Walk, summary: dict[str, Any], options: Reconstruc
     tables.write(folder / "cycle.csv", cycle.curve_rows(cycle.curves(walk, walk.best.fitted)))
     tables.write(folder / "numbers.csv", cycle.number_rows(summary["gait_cycle"]["numbers"]))
 
+    small = _small_pictures(folder, walk, summary, options)
+
+    def overlay(path: Path) -> None:
+        if video.is_video(options.input):
+            video.overlay(walk, _frames(folder, options), path)
+
     def recording(path: Path) -> None:
         from walk3d.film.reconstruct.recording import write_recording
 
-        write_recording(walk, words.as_markdown(summary), path)
+        write_recording(walk, words.as_markdown(summary), path, small)
 
     def page(path: Path) -> None:
         from walk3d.film.reconstruct.page import page_of
@@ -118,17 +129,10 @@ def _fill(folder: Path, walk: Walk, summary: dict[str, Any], options: Reconstruc
 
         files = sorted(file.name for file in folder.iterdir())
         content = page_of(walk, summary, options.input.path, files)
-        if (film := folder / video.OVERLAY).is_file():
-            from walk3d.film.video.overlay import key_frames
-
-            content = replace(
-                content, pictures=key_frames(film, content.frames.numbers, content.frames.reprojection_px)
-            )
+        if small:
+            part = walkers_part(content.frames.reprojection_px, content.frames.image_px)
+            content = replace(content, film=key_frames(small, part), film_part=part)
         write_walk_page(path, content)
-
-    def overlay(path: Path) -> None:
-        if video.is_video(options.input):
-            video.overlay(walk, Path(options.input.path), path)
 
     # Imported here: these libraries take longer to load than most walks take to reconstruct.
     for name, enabled, write in (
@@ -140,6 +144,30 @@ def _fill(folder: Path, walk: Walk, summary: dict[str, Any], options: Reconstruc
             if enabled:
                 write(folder / name)
         except ModuleNotFoundError as error:
-            if not (package := missing_package(error)):
-                raise
-            summary["notes"].append(f"No {name}: it needs {install_hint(package)}.")
+            _note_missing(summary, name, error)
+
+
+def _frames(folder: Path, options: Reconstruct) -> Iterator[tuple[int, np.ndarray]]:
+    """Yield numbers and pictures of the film's frames."""
+    return numbered(Path(options.input.path), cached.resampled_hz(folder))
+
+
+def _small_pictures(
+    folder: Path, walk: Walk, summary: dict[str, Any], options: Reconstruct
+) -> dict[int, np.ndarray]:
+    """Return small pictures of the film by number; empty for keypoints, or without OpenCV."""
+    if not video.is_video(options.input) or not (options.output.recording or options.output.page):
+        return {}
+    numbers = thinned(thinned(walk.best.frames, MAX_FRAMES), MAX_PICTURES)
+    try:
+        return small_pictures(_frames(folder, options), numbers)
+    except ModuleNotFoundError as error:
+        _note_missing(summary, f"film in {PAGE} and recording.rrd", error)
+        return {}
+
+
+def _note_missing(summary: dict[str, Any], name: str, error: ModuleNotFoundError) -> None:
+    """Note that a file is missing because a package is not installed; other errors are raised again."""
+    if not (package := missing_package(error)):
+        raise error
+    summary["notes"].append(f"No {name}: it needs {install_hint(package)}.")

@@ -87,6 +87,12 @@ def copy(earlier: Path, folder: Path) -> None:
         shutil.copyfile(earlier / name, folder / name)
 
 
+def resampled_hz(folder: Path) -> float:
+    """Return frames per second of the even grid if the frames of the video were uneven, otherwise 0."""
+    about = _about(folder)
+    return float(str(about["frame_rate_hz"])) if about.get("uneven") else 0.0
+
+
 def _about(folder: Path) -> dict[str, object]:
     with suppress(InvalidInput):
         return dict(read_json(folder / ABOUT, dict[str, object]))

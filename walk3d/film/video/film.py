@@ -79,6 +79,27 @@ def pictures(path: Path) -> Iterator[tuple[float, np.ndarray]]:
         video.release()
 
 
+def numbered(path: Path, resampled_hz: float = 0.0) -> Iterator[tuple[int, np.ndarray]]:
+    """Yield the number and the picture of each frame of a video.
+
+    Parameters
+    ----------
+    path : Path
+    resampled_hz : float
+        Frames per second of the even grid of a video with uneven frames, whose pictures are then the nearest in time;
+        0 for a video with even frames.
+    """
+    start, following = 0.0, 0
+    for index, (time_s, picture) in enumerate(pictures(path)):
+        if not resampled_hz:
+            yield index, picture
+            continue
+        start = time_s if index == 0 else start
+        last = round((time_s - start) * resampled_hz)
+        yield from ((number, picture) for number in range(following, last + 1))
+        following = max(following, last + 1)
+
+
 def frames_of(path: Path) -> tuple[int, float]:
     """Return the stated number of frames, 0 if unknown, and the stated frames per second."""
     import cv2

@@ -2,27 +2,36 @@
 
 from __future__ import annotations
 
-import base64
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
 
 from pipeline.palette import rgb_colour
 from pipeline.validation import InvalidInput
-from walk3d.film.video.film import pictures
 
 FOURCC = "mp4v"
-KEY_FRAMES = 4
-KEY_PX = 400
-"""Longer side of a key frame, px."""
+SIDE_COLOURS = {"left": "blue", "right": "orange", "middle": "silver"}
+"""Colours of bones by their side, as on the page of the walk."""
+_WHITE, _BLACK = (255, 255, 255), (0, 0, 0)
+
+
+def side_of(joints: Iterable[str]) -> str:
+    """Return the side of a bone, or middle.
+
+    Examples
+    --------
+    >>> side_of(["pelvis", "left_hip"]), side_of(["head", "sternum"])
+    ('left', 'middle')
+    """
+    return next((side for joint in joints for side in ("left", "right") if joint.startswith(side)), "middle")
 
 
 def write_overlay(
     path: Path,
-    video: Path,
+    frames: Iterable[tuple[int, np.ndarray]],
     frame_rate_hz: float,
-    bones: Sequence[tuple[int, int]],
+    bones: Mapping[tuple[int, int], str],
     seen_px: Mapping[int, np.ndarray],
     drawn_px: Mapping[int, np.ndarray],
 ) -> None:
@@ -30,9 +39,12 @@ def write_overlay(
 
     Parameters
     ----------
-    path, video : Path
+    path : Path
+    frames : iterable of (int, (H, W, 3))
+        Numbers and RGB pictures of the film's frames.
     frame_rate_hz : float
-    bones : sequence of (int, int)
+    bones : mapping of (int, int) to str
+        Pairs of joints, and the name of their colour.
     seen_px, drawn_px : mapping of frame to (J, 2)
         Pixels of the picture; NaN where missing.
 
@@ -44,9 +56,9 @@ def write_overlay(
     import cv2
 
     writer = None
-    dots, lines = rgb_colour("orange")[::-1], rgb_colour("map")[::-1]
+    lines = {bone: rgb_colour(colour)[::-1] for bone, colour in bones.items()}
     try:
-        for number, (_, picture) in enumerate(pictures(video)):
+        for number, picture in frames:
             height, width = picture.shape[:2]
             if writer is None:
                 code = cv2.VideoWriter.fourcc(*FOURCC)
@@ -57,44 +69,19 @@ def write_overlay(
                     )
             canvas = cv2.cvtColor(picture, cv2.COLOR_RGB2BGR)
             thick = max(round(height / 300), 2)
-            for a, b in bones if number in drawn_px else ():
-                ends = drawn_px[number][[a, b]]
-                if np.isfinite(ends).all():
-                    start, end = ends.round().astype(int).tolist()
-                    cv2.line(canvas, start, end, lines, thick, cv2.LINE_AA)
+            # A dark rim separates the colours from any background.
+            for rim in (2, 0):
+                for bone, colour in lines.items() if number in drawn_px else ():
+                    ends = drawn_px[number][list(bone)]
+                    if np.isfinite(ends).all():
+                        start, end = ends.round().astype(int).tolist()
+                        cv2.line(canvas, start, end, _BLACK if rim else colour, thick + rim, cv2.LINE_AA)
             for point in seen_px.get(number, np.empty((0, 2))):
                 if np.isfinite(point).all():
-                    cv2.circle(canvas, point.round().astype(int).tolist(), thick, dots, -1, cv2.LINE_AA)
+                    at = point.round().astype(int).tolist()
+                    cv2.circle(canvas, at, thick + 1, _BLACK, -1, cv2.LINE_AA)
+                    cv2.circle(canvas, at, thick, _WHITE, -1, cv2.LINE_AA)
             writer.write(canvas)
     finally:
         if writer is not None:
             writer.release()
-
-
-def key_frames(film: Path, numbers: np.ndarray, points_px: np.ndarray) -> list[tuple[int, str]]:
-    """Return some frames of a film, cropped to the walker: numbers, and JPEG as data URIs.
-
-    Parameters
-    ----------
-    film : Path
-    numbers : (T,) int
-        Numbers of the frames to choose from.
-    points_px : (T, J, 2)
-        Points of the walker; the pictures show them with a margin.
-    """
-    import cv2
-
-    indices = np.linspace(0, len(numbers) - 1, KEY_FRAMES).round().astype(int)
-    drawn = points_px[indices].reshape(-1, 2)
-    margin = 0.2 * np.ptp(points_px[indices, :, 1], axis=1).max()
-    left, top = np.maximum(drawn.min(axis=0) - margin, 0).astype(int)
-    right, bottom = (drawn.max(axis=0) + margin).astype(int)
-    images = []
-    for number, (_, picture) in enumerate(pictures(film)):
-        if number in numbers[indices] and (part := picture[top:bottom, left:right]).size:
-            part = cv2.cvtColor(part, cv2.COLOR_RGB2BGR)
-            scale = min(KEY_PX / max(part.shape[:2]), 1.0)
-            small = cv2.resize(part, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
-            content = base64.b64encode(cv2.imencode(".jpg", small)[1].tobytes()).decode()
-            images.append((number, f"data:image/jpeg;base64,{content}"))
-    return images

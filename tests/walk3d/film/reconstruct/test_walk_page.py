@@ -24,6 +24,19 @@ from walk3d.film.reconstruct.writing import Output, Reconstruct, run
 __all__ = ["model"]
 
 
+BLUE = (
+    "/9j/4AAQSkZJRgABAQAAAQABAAD/2wBDABQODxIPDRQSEBIXFRQYHjIhHhwcHj0sLiQySUBMS0dARkVQWnNiUFVtVkVGZIhl"
+    "bXd7gYKBTmCNl4x9lnN+gXz/2wBDARUXFx4aHjshITt8U0ZTfHx8fHx8fHx8fHx8fHx8fHx8fHx8fHx8fHx8fHx8fHx8fHx8"
+    "fHx8fHx8fHx8fHx8fHz/wAARCAAQABADASIAAhEBAxEB/8QAHwAAAQUBAQEBAQEAAAAAAAAAAAECAwQFBgcICQoL/8QAtRAA"
+    "AgEDAwIEAwUFBAQAAAF9AQIDAAQRBRIhMUEGE1FhByJxFDKBkaEII0KxwRVS0fAkM2JyggkKFhcYGRolJicoKSo0NTY3ODk6"
+    "Q0RFRkdISUpTVFVWV1hZWmNkZWZnaGlqc3R1dnd4eXqDhIWGh4iJipKTlJWWl5iZmqKjpKWmp6ipqrKztLW2t7i5usLDxMXG"
+    "x8jJytLT1NXW19jZ2uHi4+Tl5ufo6erx8vP09fb3+Pn6/8QAHwEAAwEBAQEBAQEBAQAAAAAAAAECAwQFBgcICQoL/8QAtREA"
+    "AgECBAQDBAcFBAQAAQJ3AAECAxEEBSExBhJBUQdhcRMiMoEIFEKRobHBCSMzUvAVYnLRChYkNOEl8RcYGRomJygpKjU2Nzg5"
+    "OkNERUZHSElKU1RVVldYWVpjZGVmZ2hpanN0dXZ3eHl6goOEhYaHiImKkpOUlZaXmJmaoqOkpaanqKmqsrO0tba3uLm6wsPE"
+    "xcbHyMnK0tPU1dbX2Nna4uPk5ebn6Onq8vP09fb3+Pn6/9oADAMBAAIRAxEAPwDl6KKK+wOc/9k="
+)
+"""JPEG of 16 by 16 blue pixels, in base64."""
+
 NUMBERS = {
     "stride_time": {"unit": "s", "both": {"value": 1.1, "half_width_95": 0.1}, "walkers_95": [0.9, 1.3]},
     "stance": {
@@ -109,9 +122,36 @@ def test_what_is_drawn_is_what_was_given(tmp_path: Path) -> None:
     assert np.argwhere(observed == 0).tolist() == [[3, 4]]
 
 
+def test_a_film_is_under_the_skeleton_of_its_frames(browser: str, tmp_path: Path) -> None:
+    """A blue picture under the joints of the frames; the page says how many frames it has."""
+    path, inputs = tmp_path / "walk.html", page(60)
+    part = (0.25, 0.0, 0.75, 0.5)
+    write_walk_page(path, replace(inputs, film=[(10, BLUE), (40, BLUE)], film_part=part))
+    drawn = packed(path)
+    assert drawn["film"] == [[0, BLUE], [30, BLUE]]
+    assert drawn["part"] == list(part)
+    assert "at 2 of 60 frames" in path.read_text(encoding="utf-8")
+    probe = """<script>addEventListener("load", () => setTimeout(() => {
+      const canvas = document.getElementById("image"), g = canvas.getContext("2d");
+      const wide = Math.round(canvas.width / 2), high = Math.round(canvas.height / 2);
+      document.body.dataset.blue = [...g.getImageData(wide, high, 1, 1).data].slice(0, 3).join(" ");
+    }, 1500));</script></body>"""
+    text = path.read_text(encoding="utf-8").replace("</body>", probe)
+    path.write_text(re.sub(r'<meta http-equiv="Content-Security-Policy"[^>]*>', "", text), "utf-8")
+    command = [
+        browser, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path / 'user'}",
+        "--dump-dom", "--enable-logging=stderr", "--virtual-time-budget=10000", path.as_uri(),
+    ]  # fmt: skip
+    ran = subprocess.run(command, capture_output=True, text=True, check=True, timeout=600)
+    assert "CONSOLE" not in ran.stderr, ran.stderr
+    red, _, blue = map(int, re.findall(r'data-blue="(\d+) (\d+) (\d+)"', ran.stdout)[0])
+    assert (red, blue) == (pytest.approx(0, abs=12), pytest.approx(255, abs=12))
+    assert ran.stdout.count("<image") == 5  # postures for printing
+
+
 def test_a_page_that_would_be_too_large_is_refused(tmp_path: Path) -> None:
     with rejects("file_too_large"):
-        write_walk_page(tmp_path / "walk.html", replace(page(20), lead="a" * 1_000_000))
+        write_walk_page(tmp_path / "walk.html", replace(page(20), lead="a" * 2_000_000))
 
 
 def test_a_browser_draws_it(browser: str, tmp_path: Path) -> None:

@@ -178,7 +178,16 @@ def test_recording_and_page_show_image_mean_samples_and_view(model: Path, tmp_pa
     assert spread[[4, 7]].mean() > 1.2 * spread[[9, 12]].mean()
     _, observed = reading.read_column(file, "image/observed", "Points2D:positions", "time")
     _, output = reading.read_column(file, "image/reprojection", "Points2D:positions", "time")
-    assert np.nanmedian(np.abs(observed - output)) * 1e3 < 15.0
+    assert np.nanmedian(np.abs(observed - output)) < 15.0
+    # The camera of the recording shows the walk of its space where the image has it.
+    _, walked = reading.read_column(file, "walked/reconstructed", "Points3D:positions", "time")
+    centre, axes, inner = (
+        reading.read_column(file, "image", name)[1].ravel()
+        for name in ("Transform3D:translation", "Transform3D:mat3x3", "Pinhole:image_from_camera")
+    )
+    projected = (walked - centre) @ axes.reshape(3, 3).T @ inner.reshape(3, 3)
+    assert np.median(np.abs(projected[..., :2] / projected[..., 2:] - output)) < 5.0
+    assert walked[:, [11, 14], 2].min() == pytest.approx(0.0, abs=0.05)  # ankles on the ground
 
 
 def test_the_command_loads_no_more_than_it_needs() -> None:

@@ -14,15 +14,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import rerun as rr
 
+from pipeline.palette import rgb_colour
+from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput
 from tests.rejects import rejects
 from walk3d.film import keypoints
 from walk3d.film.reconstruct.clip import Input, reconstruct_clip
 from walk3d.film.reconstruct.video import is_video, with_keypoints
-from walk3d.film.video import cached, film, networks
+from walk3d.film.video import cached, film, networks, small
 from walk3d.film.video.film import frame_rate, on_even_grid, pictures
-from walk3d.film.video.overlay import key_frames
+from walk3d.film.video.overlay import SIDE_COLOURS, side_of, write_overlay
 from walk3d.film.video.pose import LANDMARKS, Pose, _shared, _to_square, anchors, region_of
 
 
@@ -116,23 +119,84 @@ def rewritten(content: bytes, change: Callable[[bytes, bytes], bytes]) -> bytes:
     return written
 
 
-def test_key_frames_are_some_of_a_films_as_pictures_of_a_page(tmp_path: Path) -> None:
+def grey_film(path: Path, count: int = 20) -> None:
+    """A film whose picture number n has the brightness 10 n."""
     cv2 = pytest.importorskip("cv2")
-    path = tmp_path / "film.mp4"
     writer = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*"mp4v"), 30, (720, 480))
-    for number in range(20):
+    for number in range(count):
         writer.write(np.full((480, 720, 3), 10 * number, dtype=np.uint8))
     writer.release()
-    numbers, points = np.arange(3, 19), np.full((16, 15, 2), [300.0, 100.0])
+
+
+def test_key_frames_are_parts_of_some_frames(tmp_path: Path) -> None:
+    cv2 = pytest.importorskip("cv2")
+    grey_film(tmp_path / "film.mp4")
+    chosen = np.array([3, 8, 13, 18])
+    pictures = small.small_pictures(film.numbered(tmp_path / "film.mp4"), chosen)
+    assert list(pictures) == chosen.tolist()
+    assert {picture.shape for picture in pictures.values()} == {(426, 640, 3)}
+    points = np.full((4, 15, 2), [300.0, 100.0])
     points[:, 0, 1] += 200.0
-    result = key_frames(path, numbers, points)
-    assert [number for number, _ in result] == [3, 8, 13, 18]
-    for number, address in result:
-        start, _, content = address.partition(",")
-        assert start == "data:image/jpeg;base64"
+    part = small.walkers_part(points, np.array([720.0, 480.0]))
+    np.testing.assert_allclose(
+        part, [260 / 720, 60 / 480, 340 / 720, 340 / 480]
+    )  # a fifth of the height on each side
+    for number, content in small.key_frames(pictures, part):
         picture = cv2.imdecode(np.frombuffer(base64.b64decode(content), dtype=np.uint8), cv2.IMREAD_COLOR)
-        assert picture.shape == (280, 80, 3)  # a fifth of the height on each side
+        assert picture.shape == (248, 72, 3)  # even sides
         assert picture.mean() == pytest.approx(10 * number, abs=6.0)
+
+
+def test_key_frames_of_ten_seconds_fit_the_page() -> None:
+    """Noise is the film that JPEG compresses least."""
+    pytest.importorskip("cv2")
+    generator = np.random.default_rng(1)
+    pictures = {number: generator.integers(0, 256, (360, 640, 3), np.uint8) for number in range(300)}
+    chosen = small.key_frames(pictures, (0.0, 0.0, 1.0, 1.0))
+    assert 5 <= len(chosen) <= 20
+    assert sum(len(content) for _, content in chosen) <= 600_000
+    plain = {number: np.full((360, 640, 3), 90, np.uint8) for number in range(300)}
+    assert len(small.key_frames(plain, (0.0, 0.0, 1.0, 1.0))) == 75
+
+
+def test_the_small_film_is_the_pictures_in_order(tmp_path: Path) -> None:
+    """The viewer finds a video with the times; declared as pictures again, OpenCV reads them back."""
+    cv2 = pytest.importorskip("cv2")
+    content = small.film_of([np.full((48, 64, 3), 30 * n, np.uint8) for n in range(8)], 25.0)
+    times = rr.AssetVideo(contents=content, media_type="video/mp4").read_frame_timestamps_nanos()
+    assert times.tolist() == [40_000_000 * n for n in range(8)]
+    (tmp_path / "a.avif").write_bytes(content.replace(b"vide", b"pict", 1))
+    _, animation = cv2.imreadanimation(str(tmp_path / "a.avif"))
+    np.testing.assert_allclose(
+        [frame[..., :3].mean() for frame in animation.frames], 30.0 * np.arange(8), atol=4.0
+    )
+
+
+def test_pictures_of_an_uneven_film_are_those_nearest_in_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    times = [0.0, 0.04, 0.07, 0.2, 0.24]
+    uneven = [(time, np.full((2, 2, 3), n)) for n, time in enumerate(times)]
+    monkeypatch.setattr(film, "pictures", lambda _: iter(uneven))
+    result = [(number, int(picture[0, 0, 0])) for number, picture in film.numbered(Path("a.mp4"), 25.0)]
+    assert result == [(0, 0), (1, 1), (2, 2), (3, 3), (4, 3), (5, 3), (6, 4)]
+    assert [number for number, _ in film.numbered(Path("a.mp4"))] == [0, 1, 2, 3, 4]
+
+
+def test_the_overlay_has_the_colours_of_the_page(tmp_path: Path) -> None:
+    pytest.importorskip("cv2")
+    joints = np.full((15, 2), np.nan)
+    for (a, b), row in zip(((9, 10), (12, 13), (0, 1)), (40.0, 80.0, 120.0), strict=True):
+        joints[a], joints[b] = (20.0, row), (140.0, row)
+    bones = {
+        bone: SIDE_COLOURS[side_of(WALKER15.joints[j] for j in bone)] for bone in ((9, 10), (12, 13), (0, 1))
+    }
+    frames = [(n, np.full((160, 160, 3), 90, np.uint8)) for n in range(3)]
+    dots = np.array([[80.0, 20.0]])
+    write_overlay(tmp_path / "o.mp4", frames, 30.0, bones, {1: dots}, {1: joints})
+    _, (before, picture, _) = zip(*pictures(tmp_path / "o.mp4"), strict=True)
+    assert np.abs(before.astype(int) - 90).max() < 8
+    for row, name in ((40, "blue"), (80, "orange"), (120, "silver")):
+        np.testing.assert_allclose(picture[row, 60:100].mean(axis=0), rgb_colour(name), atol=30.0)
+    assert picture[20, 80].min() > 170
 
 
 @pytest.mark.parametrize(
