@@ -10,7 +10,7 @@ import csv
 import io
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -63,11 +63,14 @@ class Page:
         Question that the paper answers.
     sentences : tuple of str
         Sentences with placeholders for our numbers, by the names of claims.
+    agrees : mapping of str to str
+        Sentences with our number and its baseline's, by the name of the claim whose verdict they have.
     """
 
     figure: str = ""
     question: str = ""
     sentences: tuple[str, ...] = ()
+    agrees: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -261,15 +264,20 @@ def _paper(
     def equations(value: list[Any], where: str) -> tuple[Equation, ...]:
         return tuple(_equation(key, entry, file) for entry in value)
 
+    def sentences(value: Any, where: str) -> dict[str, str]:
+        return {name: text(sentence, where) for name, sentence in mapping(value, where).items()}
+
     readers = {
         "equations": equations,
         "unnumbered": equations,
         "claims": claims,
         "quantities": quantities,
-        "page": lambda value, where: record(Page, value, where),
+        "page": lambda value, where: record(Page, value, where, readers={"agrees": sentences}),
     }
     paper = record(Paper, plain, file, readers=readers, key=key)
     figures = (*paper.figures, *paper.beyond)
+    for name in paper.page.agrees:
+        require_choice(f"{file}, page, agrees", name, [claim.name for claim in paper.claims])
     if paper.page.figure:
         require_choice(f"{file}, page, figure", paper.page.figure, figures)
     for item in paper.measured:

@@ -20,7 +20,7 @@ from pipeline.validation import InvalidInput
 PAGE = "index.html"
 """File name of the page."""
 
-MAX_BYTES = 2_500_000
+MAX_BYTES = 2_200_000
 """Size limit of the page, bytes: larger ones are slow to open and too large for mail."""
 TUTORIAL = "tutorial"
 """Folder of the tutorial's pictures, in ``results`` and in a light archive."""
@@ -36,6 +36,7 @@ _SCRIPTS = (
     "charts.js",
     "ledger.js",
     "experiment.js",
+    "strips.js",
     "players.js",
     "agreement.js",
 )
@@ -100,11 +101,7 @@ def write_page(
 def _render(results: Published, to: Path, width: int, motion: bool) -> tuple[str, int]:
     """Return the text of the page, and the number of its bytes that are pictures."""
     environment = templates.environment()
-    environment.filters |= {
-        "tone": verdicts.tone,
-        "beyond_tone": verdicts.beyond_tone,
-        "number": entries.number,
-    }
+    environment.filters["tone"] = verdicts.tone
     style = templates.style()
     added = [path for page in plugins.pages() for path in page.scripts]
     script = templates.scripts([*_SCRIPTS, *added, *_LAST_SCRIPTS])
@@ -134,7 +131,7 @@ def _render(results: Published, to: Path, width: int, motion: bool) -> tuple[str
     for name, figure in results.figures.items():
         with as_written(figure.folder):
             figures[name] = entries.figure_entry(figure, results, terms, to, width)
-    others = {} if results.recorded else ledger_picture.other_sets(results)
+    others = ledger_picture.other_sets(results)
     paper_entries = [
         entries.paper_entry(papers.all_papers()[key], results, figures, others)
         for key in papers.all_papers()
@@ -154,12 +151,14 @@ def _render(results: Published, to: Path, width: int, motion: bool) -> tuple[str
         legend=verdicts.legend(results),
         **templates.in_every_page(style, script),
         walkers=len(walkers["names"]) if walkers else 0,
+        estimated=bool(walkers and walkers["estimated"]),
         views=[int(walkers["views_deg"][0]), int(walkers["views_deg"][-1])] if walkers else [],
         clips=bool(clips),
         reasons=list(dict.fromkeys(reasons)),
         options=entries.options_of(results.data, results.scale),
         **entries.published_numbers(results),
-        ledger=packed_json(ledger) if ledger else "",
+        ledger=ledger,
+        ledger_packed=packed_json(ledger),
         tutorial=[f"{TUTORIAL}/{path.name}" for path in sorted((to / TUTORIAL).glob("*.svg"))],
         sources=[{"name": name, "terms": words} for name, words in terms.items()],
         packages=_packages(results),
@@ -172,7 +171,9 @@ def _render(results: Published, to: Path, width: int, motion: bool) -> tuple[str
             if (player_tables := entries.played_tables(figure))
         },
     )
-    pictures = [entry["picture"] for entry in figures.values() if entry["picture"]]
+    pictures = [
+        entry["picture"] for entry in figures.values() if entry["picture"]
+    ]  # thumbnails keep their size
     return text, sum(len(picture.get("uri") or picture["packed"]) for picture in pictures)
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import math
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -10,11 +12,12 @@ from typing import Any
 import numpy as np
 
 from pipeline import papers
-from pipeline.papers import Agreement
+from pipeline.papers import Agreement, Kind
 from pipeline.pictures.embedding import embedded, packed_vector
 from pipeline.report import page_charts, players
+from pipeline.report.agreement import Numbers, numbers_of, numbers_of_others, sentences
 from pipeline.report.published import Published, PublishedFigure
-from pipeline.report.verdicts import answers, reason
+from pipeline.report.verdicts import answers
 from pipeline.storage import provenance, tables
 from pipeline.studies.captions import filled_caption
 from pipeline.studies.published import filled
@@ -25,8 +28,8 @@ PICTURE_WIDTH = 1400
 MAX_VECTOR_BYTES = 120_000
 """Size limit of a compressed vector picture in the page, bytes; larger ones become raster pictures."""
 
-MAX_HIGHLIGHTS = 4
-"""Number of claims of each verdict that a paper's summary lists; the ledger has all."""
+THUMBNAIL_WIDTH = 240
+"""Width of the pictures of closed figures, px; half of it is shown."""
 
 
 def paper_entry(
@@ -35,15 +38,21 @@ def paper_entry(
     entries: Mapping[str, dict[str, Any]],
     others: Mapping[str, Sequence[Mapping[str, Any]]] | None = None,
 ) -> dict[str, Any]:
-    """Return the entry of a paper: sentences with our numbers, a picture, verdicts, and figures.
+    """Return the entry of a paper: sentences with our numbers, verdicts, and figures.
 
-    `others` are the claims of other data sets, whose counts are shown for comparison.
+    `others` are the claims of other data sets: sentences on recorded people, and counts for comparison.
     """
     made_for = {name: figure.manifest.get("paper", paper.key) for name, figure in results.figures.items()}
     # A claim on another paper's figure is listed here; the figure itself is under the other paper.
     figure_names = [n for n in (*paper.figures, *paper.beyond) if made_for.get(n, paper.key) == paper.key]
     claims = [row for row in results.claims_of(paper=paper.key) if not row.get("same_as")]
-    counts = papers.count(claims, counted_kinds(paper))
+    kinds = counted_kinds(paper)
+    counts = papers.count(claims, kinds)
+    own = numbers_of(results)
+    tallies = {
+        data: papers.count((r for r in rows if r["paper"] == paper.key), kinds)
+        for data, rows in (others or {}).items()
+    }
     return {
         "key": paper.key,
         "title": paper.title,
@@ -52,55 +61,50 @@ def paper_entry(
         "venue": paper.venue,
         "ours": not paper.figures,
         "question": paper.page.question,
-        "sentences": [
-            sentence.replace(" %", "\u00a0%").replace(" mm", "\u00a0mm")
-            for sentence in (_sentence(template, results) for template in paper.page.sentences)
+        "sentences": [_unbroken(_sentence(template, results.data, own)) for template in paper.page.sentences],
+        "agrees": [
+            {**entry, "text": _unbroken(entry["text"])}
+            for entry in sentences(paper, own, numbers_of_others(others or {}, published_rows()))
         ],
         "touch": entries.get(paper.page.figure),
-        "holds": _highlights(claims, Agreement.AGREES),
-        "fails": _highlights(claims, Agreement.DIFFERS),
+        "fails": [
+            _claim_entry(row)
+            for row in claims
+            if row["agreement"] == Agreement.DIFFERS and Kind(row.get("kind") or Kind.RESULT) in kinds
+        ],
         "judged": counts.judged,
         "agree": counts.number(Agreement.AGREES),
         "differ": counts.number(Agreement.DIFFERS),
         "others": [
             (data, tally.number(Agreement.AGREES), tally.judged)
-            for data, rows in (others or {}).items()
-            if (
-                tally := papers.count((r for r in rows if r["paper"] == paper.key), counted_kinds(paper))
-            ).judged
+            for data, tally in tallies.items()
+            if tally.judged and not results.recorded
         ],
         "figures": [entries[name] for name in figure_names if name in entries],
         "missing": [(name, results.missing[name]) for name in figure_names if name in results.missing],
     }
 
 
-def _sentence(template: str, results: Published) -> str:
+def _unbroken(sentence: str) -> str:
+    """Return a sentence with a space before each unit, at which no line breaks."""
+    return re.sub(r"(?<=\d) ?%", "\u00a0%", sentence).replace(" mm", "\u00a0mm")
+
+
+def _sentence(template: str, data: str, numbers: Numbers) -> str:
     """Return a sentence with our numbers, and their values under other assumptions."""
     other = [
-        run.filled(name, results.number(name))
+        run.filled(name, numbers(name))
         for name in papers.placeholders(template)
-        if name in results.ours
-        for run in papers.claim(name).sensitivity.get(results.data, ())
+        if math.isfinite(numbers.rows.get(name, {}).get("value") or math.nan)
+        for run in papers.claim(name).sensitivity.get(data, ())
     ]
-    sentence = filled_caption(template, results.number)
+    sentence = filled_caption(template, numbers)
     return f"{sentence.removesuffix('.')} ({'; '.join(other)})." if other else sentence
 
 
 def counted_kinds(paper: papers.Paper) -> tuple[papers.Kind, ...]:
     """Return the kinds of claims that are counted: results and sentences of a paper, targets for our own work."""
     return papers.OF_PAPERS if paper.figures else (papers.Kind.TARGET,)
-
-
-def _highlights(claims: Sequence[Mapping[str, Any]], agreement: Agreement) -> list[dict[str, Any]]:
-    """Return the first claims with this agreement, one for each quote."""
-    quoted = {row["quote"]: row for row in reversed(claims) if _highlighted(row, agreement)}
-    return [_claim_entry(row) for row in reversed(quoted.values())][:MAX_HIGHLIGHTS]
-
-
-def _highlighted(row: Mapping[str, Any], agreement: Agreement) -> bool:
-    """Return True if a claim, other than a condition, has this agreement; one that agrees must beat its baseline."""
-    beyond = agreement != Agreement.AGREES or answers(row)[1] == papers.Beyond.YES
-    return row.get("kind") != papers.Kind.CONDITION and row["agreement"] == agreement and beyond
 
 
 def _surnames(authors: str) -> str:
@@ -116,10 +120,10 @@ def figure_entry(
     width: int,
 ) -> dict[str, Any]:
     """Return the entry of a figure; its links are relative to a page in the folder `to`."""
-    claims = [_claim_entry(row) for row in results.claims_of(figure=figure.name)]
+    claims = results.claims_of(figure=figure.name)
     origin = figure.manifest.get("provenance", {})
     dirty = " with changes" if origin.get("dirty") is True else ""
-    curves = page_charts.charts_of(figure)
+    curves, raster = page_charts.charts_of(figure), figure.folder / "figure.png"
     # Charts replace the picture, unless the picture shows more than they do.
     pictured = not curves or figure.manifest.get("picture_beside_charts", False)
     return {
@@ -130,18 +134,16 @@ def figure_entry(
             dict.fromkeys(
                 claim["quote"]
                 for claim in claims
-                if claim["published"] is not None and claim["kind"] in ("", papers.Kind.RESULT)
+                if claim["published"] is not None and (claim.get("kind") or Kind.RESULT) == Kind.RESULT
             )
         )[:4],
         "caption": figure.manifest.get("caption", "").removeprefix(f"{figure.title}. "),
+        "thumbnail": embedded(raster, THUMBNAIL_WIDTH) if raster.is_file() else None,
         "picture": _picture(figure, width) if pictured else None,
         "charts": [
             json.dumps(chart, ensure_ascii=False, allow_nan=False, separators=(",", ":")) for chart in curves
         ],
-        "claims": claims,
-        "ours": bool(claims) and all(claim["kind"] == papers.Kind.TARGET for claim in claims),
-        "has_kind": any(claim["kind"] for claim in claims),
-        "has_baseline": any(claim["baseline"] for claim in claims),
+        "claims": [_claim_entry(row) for row in claims],
         "tally": papers.count(claims).rows,
         "command": f"make {figure.name}{options_of(results.data, results.scale)}",
         "sources": [f"{name}: {terms.get(name, 'terms unknown')}" for name in figure.sources]
@@ -156,33 +158,15 @@ def figure_entry(
 
 
 def _claim_entry(row: Mapping[str, Any]) -> dict[str, Any]:
-    agreement, beyond = answers(row)
-    same = ("quote", "section", "published", "value", "unit", "why", "help", "same_as")
+    agreement = answers(row)[0]
     return {
         "name": row["claim"],
         "short": row.get("short") or row["claim"],
-        "target": row.get("kind") == papers.Kind.TARGET,
-        "reason": reason(row),
-        **{name: row.get(name) for name in same},
-        "kind": row.get("kind") or "",
         "agreement": agreement,
-        "beyond_baseline": beyond,
-        "interval": _interval(row, "value"),
-        "one_sample": _interval(row, "one_sample"),
-        "paper_in_prediction": row.get("paper_in_prediction") or "",
-        "baseline": row.get("baseline") or "",
-        "knows": row.get("baseline_knows") or "",
+        "value": row.get("value"),
+        "unit": row.get("unit") or "",
         "ours": within(row.get("value"), row.get("value_low"), row.get("value_high")),
-        "of_baseline": row.get("baseline_value"),
-        "gain": _interval(row, "gain"),
     }
-
-
-def _interval(row: Mapping[str, Any], name: str) -> str:
-    low, high = row.get(f"{name}_low"), row.get(f"{name}_high")
-    if low is None or high is None:
-        return ""
-    return f"{within(low, low, high)} to {within(high, low, high)}"
 
 
 def within(value: Any, low: Any, high: Any) -> str:
@@ -231,14 +215,19 @@ PUBLISHED = "published.csv"
 """File name of the published numbers of all data sets, in ``results``."""
 
 
+def published_rows() -> list[dict[str, str]]:
+    """Return the rows of ``published.csv``; empty without the file."""
+    listed = provenance.PROJECT / "results" / PUBLISHED
+    return tables.read_rows(listed) if listed.is_file() else []
+
+
 def published_numbers(results: Published) -> dict[str, list[dict[str, Any]]]:
     """Return the tables of published numbers of all data sets, and the commit of each set.
 
     Both are empty unless the results are full-scale and their data set is among the published ones.  A commit has a
     note if the figures of this page come from another one.
     """
-    listed = provenance.PROJECT / "results" / PUBLISHED
-    rows = tables.read_rows(listed) if results.scale == "full" and listed.is_file() else []
+    rows = published_rows() if results.scale == "full" else []
     if results.data not in {row.get("data") for row in rows}:
         return {"published": [], "published_commits": []}
     page_commits = {results.data: {figure.commit for figure in results.figures.values()}}
@@ -247,7 +236,9 @@ def published_numbers(results: Published) -> dict[str, list[dict[str, Any]]]:
     return {
         "published": [
             {"title": layout[name]["title"], "heads": heads, "rows": cells}
-            for name, (heads, cells) in filled(layout, tables.read(listed)).items()
+            for name, (heads, cells) in filled(
+                layout, tables.read(provenance.PROJECT / "results" / PUBLISHED)
+            ).items()
             if cells
         ],
         "published_commits": [

@@ -129,9 +129,9 @@ def ledger_picture(results: Published, *, listed: Path | None = None) -> dict[st
 
 
 def name_of(paper: papers.Paper) -> str:
-    """Return the first author's surname and the year, or ``ours`` for our own work."""
+    """Return the first author's surname and the year, or ``ours`` and the key of our own work."""
     first = paper.authors.replace(" and ", ", ").split(",")[0]
-    return f"{first.split()[-1]} {paper.year}" if paper.figures else "ours"
+    return f"{first.split()[-1]} {paper.year}" if paper.figures else f"ours: {paper.key}"
 
 
 def _words(row: Mapping[str, Any]) -> dict[str, Any]:
@@ -144,6 +144,7 @@ def _words(row: Mapping[str, Any]) -> dict[str, Any]:
         "bounds",
         "close_bounds",
         "baseline",
+        "baseline_knows",
         "help",
         "same_as",
     )
@@ -169,6 +170,12 @@ def _claim_numbers(row: Mapping[str, Any], axes: Mapping[str, Abscissa]) -> dict
         entry |= {"beyond": beyond}
     if isinstance(simple := row.get("baseline_value"), int | float):
         entry |= {"simple": _short(simple)} | ({"ring": _at(axis.place(simple))} if axis else {})
+    for name in ("gain", "one_sample"):
+        ends = [row.get(f"{name}_{end}") for end in ("low", "high")]
+        if all(isinstance(end, int | float) for end in ends):
+            entry[name] = [_short(end) for end in ends]
+    if row.get("paper_in_prediction"):
+        entry["possible"] = row["paper_in_prediction"]
     return entry
 
 

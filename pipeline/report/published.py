@@ -6,7 +6,6 @@ commit or from an archive.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -127,17 +126,6 @@ class Published:
     def recorded(self) -> bool:
         """True if a figure was made from files with recorded people."""
         return any(figure.manifest.get("inputs") for figure in self.figures.values())
-
-    @property
-    def ours(self) -> dict[str, float]:
-        """Values that we computed, by the name of the claim."""
-        return {
-            row["claim"]: row["value"] for row in self.claims if isinstance(row.get("value"), int | float)
-        }
-
-    def number(self, name: str) -> float:
-        """Return the value that we computed for a claim; NaN without one."""
-        return self.ours.get(name, math.nan)
 
     def claims_of(self, *, figure: str = "", paper: str = "") -> list[dict[str, Any]]:
         """Return the claims of a figure or of a paper."""

@@ -9,21 +9,21 @@ from dataclasses import dataclass
 from pipeline import papers
 from pipeline.palette import colour_name
 
-PUBLISHED, COLOUR = "published_", "colour_"
-"""Prefixes of the placeholders for a claim's published number and for the colour of a role."""
+PUBLISHED, BASELINE, COLOUR = "published_", "baseline_", "colour_"
+"""Prefixes of the placeholders for a claim's published number, for its baseline's, and for the colour of a role."""
 
 
 def filled_caption(text: str, number: Callable[[str], float]) -> str:
     """Return a caption with its placeholders filled in.
 
-    ``{NAME:.0f}`` is our value of a claim or quantity, ``{published_NAME:g}`` the number that the paper prints, and
-    ``{colour_ROLE}`` the palette's name of the colour of a role.
+    ``{NAME:.0f}`` is our value of a claim or quantity, ``{published_NAME:g}`` the number that the paper prints,
+    ``{baseline_NAME:.0f}`` the value of its baseline, and ``{colour_ROLE}`` the palette's name of the colour of a role.
 
     Parameters
     ----------
     text : str
     number : callable
-        Our value of a claim or quantity by name; NaN if the tables have none.
+        Our value of a claim or quantity by name, or of a baseline by prefix and name; NaN if the tables have none.
 
     Raises
     ------
@@ -44,7 +44,7 @@ def filled_caption(text: str, number: Callable[[str], float]) -> str:
         elif name.startswith(PUBLISHED):
             values[name] = _Number(papers.published(name.removeprefix(PUBLISHED)))
         else:
-            papers.quantity(name)  # a misspelt name is an error even without a number
+            papers.quantity(name.removeprefix(BASELINE))  # a misspelt name is an error even without a number
             values[name] = _Number(number(name))
     return text.format_map(values)
 
@@ -56,4 +56,6 @@ class _Number:
     value: float
 
     def __format__(self, specification: str) -> str:
-        return format(self.value, specification) if math.isfinite(self.value) else "(no number here)"
+        if not math.isfinite(self.value):
+            return "(no number here)"
+        return format(self.value, specification).replace("-", "−")

@@ -62,6 +62,11 @@ def mean_percent(table: Table, column: str, where: Expression = ALL) -> Number:
     return 100.0 * mean(table, column, where)
 
 
+def mean_root(table: Table, column: str, where: Expression = ALL) -> Number:
+    """Mean of the square roots of a column."""
+    return _statistic(table, column, where, lambda rows, entries: rows.mean(np.sqrt(entries)))
+
+
 def median(table: Table, column: str, where: Expression = ALL) -> Number:
     """Median of a column."""
     return _statistic(table, column, where, Rows.median)

@@ -152,23 +152,31 @@ def test_kinds_intervals_and_both_answers_are_shown_where_they_are_known(tmp_pat
         "same_as": ["zhang2007_other"],
     }
     plant(folder / "zhang2007_fig5", claims={**CLAIM, **finite})
-    _, page = page_of(folder)
-    for words in (
-        "25 to 32",
-        "the average walker: 12.12; it knows nothing of the person",
-        "one sample can give the paper's number: yes",
-        "Information that the paper's method did not have: the true heading.",
-        "The same number as zhang2007_other",
-    ):
-        assert words in page.text, words
-    chips = {a["title"]: a["class"] for _, a in page.found if "chip" in a.get("class", "") and "title" in a}
-    assert chips["gain −3.2 to −1.5"] == "chip worse"
-    assert "95 % of samples of the paper's size: 20 to 38" in page.values("title")
+    text, page = page_of(folder)
+    [packed] = re.findall(r'id="ledger-data">(.*?)</script>', text, re.DOTALL)
+    ledger = json.loads(packed)
+    [claim] = ledger["claims"]
+    name = claim["name"]
+    assert f"claim-{name}" in page.values("id")
+    assert (claim["help"], claim["same_as"]) == ("the true heading", "zhang2007_other")
+    assert (claim["baseline"], claim["baseline_knows"]) == ("the average walker", "nothing of the person")
+    numbers = ledger["sets"]["synthetic"][name]
+    assert (numbers["verdict"], numbers["beyond"]) == ("close", "worse")
+    assert (numbers["ends"], numbers["gain"], numbers["one_sample"]) == (
+        [25.25, 31.5],
+        [-3.25, -1.5],
+        [19.5, 38.5],
+    )
+    assert (numbers["simple"], numbers["possible"]) == (12.125, "yes")
 
 
 def test_the_alternative_text_says_what_a_picture_shows(results: Path) -> None:
     _, page = page_of(results)
-    [picture] = [attributes for tag, attributes in page.found if tag == "img"]
+    pictures = [attributes for tag, attributes in page.found if tag == "img"]
+    thumbnails = [attributes for attributes in pictures if attributes.get("class") == "thumbnail"]
+    for thumbnail in thumbnails:  # the title is next to it
+        assert (thumbnail["alt"], thumbnail["width"], thumbnail["height"]) == ("", "240", "40")
+    [picture] = [attributes for attributes in pictures if attributes not in thumbnails]
     assert picture["alt"].startswith("Errors <against> view")
     assert (picture["width"], picture["height"]) == ("1400", "233")
 
@@ -182,7 +190,8 @@ def test_a_figure_is_shown_once(results: Path) -> None:
         write_manifest(figure, {**retained, "charts": finite, "picture_beside_charts": more})
         path = write_page(results, ["zhang2007_fig5"])
         page = Elements(path.read_text(encoding="utf-8"))
-        assert len([tag for tag, _ in page.found if tag == "img"]) == pictured
+        pictures = [a for tag, a in page.found if tag == "img" and a.get("class") != "thumbnail"]
+        assert len(pictures) == pictured
         drawn = [json.dumps(json.loads(spec)) for spec in page.values("data-spec")]
         assert len(drawn) == len(set(drawn)) == (2 if charts else 0)
 

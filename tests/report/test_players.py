@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import base64
+import html
 import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from pipeline import plugins
+from pipeline import papers, plugins
 from pipeline.cli.compose import compose
 from pipeline.cli.figures import make_figure
 from pipeline.core import errors, linear_model
@@ -145,7 +146,7 @@ def test_the_browser_computes_the_tables(
     script = """<script>addEventListener("load", () => {
       for (let n = 0; n < 4; n++) document.getElementById("step-next").click();
       document.body.dataset.step = document.getElementById("step-number").textContent;
-      document.body.dataset.bars = [...document.querySelectorAll("#medians > div:not([hidden]) > span:first-child")]
+      document.body.dataset.bars = [...document.querySelectorAll("#means > div:not([hidden]) > span:first-child")]
         .map(at => at.textContent).join(", ");
     });</script></body>"""
     text = re.sub(r"<meta http-equiv[^>]*>", "", page.read_text(encoding="utf-8"))
@@ -163,6 +164,27 @@ def test_the_browser_computes_the_tables(
     assert message == {"step": "5 of 5", "bars": "average walker, least squares, + prior"}
 
 
-def test_a_link_into_the_page_draws_what_stands_above_it(folder: Path, browser: str, tmp_path: Path) -> None:
-    dom = shown(browser, f"{write_page(folder, FIGURES, to=tmp_path).as_uri()}#about", tmp_path)
-    assert dom.count("data-spec=") == dom.count('data-done="yes"') > 1
+def test_a_link_to_a_figure_opens_and_draws_it_alone(folder: Path, browser: str, tmp_path: Path) -> None:
+    page = write_page(folder, FIGURES, to=tmp_path)
+    dom = shown(browser, f"{page.as_uri()}#zhang2007_fig4", tmp_path)
+    drawn = {name: set(re.findall(rf'data-figure="{name}"[^>]*data-done="(yes)"', dom)) for name in FIGURES}
+    assert drawn == {"zhang2007_fig4": {"yes"}, "zhang2007_fig5": set()}
+    assert re.findall(r'<details class="figure" id="(\w+)" open', dom) == ["zhang2007_fig4"]
+
+
+def test_a_link_to_a_claim_opens_its_row_whatever_the_filters_are(
+    folder: Path, browser: str, tmp_path: Path
+) -> None:
+    """Runs of the small scale judge no claim, so that the filter hides every row at first."""
+    page = write_page(folder, FIGURES, to=tmp_path)
+    hidden = shown(browser, page.as_uri(), tmp_path)
+    name = "zhang2007_map_thirty_percent"
+    row = rf'<details class="ledger-row" id="claim-{name}"[^>]*>'
+    assert 'hidden=""' in re.findall(row, hidden)[0]
+    dom = shown(browser, f"{page.as_uri()}#claim-{name}", tmp_path)
+    [opened] = re.findall(row, dom)
+    assert 'open=""' in opened
+    assert "hidden" not in opened
+    more = re.findall(rf'{row}.*?<div class="ledger-more">(.*?)</div>', dom, re.DOTALL)[0]
+    assert papers.claim(name).text.quote in html.unescape(more)
+    assert 'href="#zhang2007_fig5"' in more

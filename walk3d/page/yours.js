@@ -2,7 +2,7 @@
 // The reader's walk in the players, from a CSV of joints in rows (time, joint, x, y, z).  The file never leaves the browser.
 const Yours = (() => {
   const JOINTS = JSON.parse(document.getElementById("joints").textContent), BLOCKS = 5;
-  const STRIDE_HZ = [0.4, 1.6], STEPS = 241, TRAVELLED_MM = 500, MIN_FRAMES = 20, MIN_DURATION_S = 1.5;
+  const STRIDE_HZ = [0.4, 1.6], STEPS = 241, TRAVELLED_MM = 500, MIN_FRAMES = 20;
   const CONTROL = `<label for="own-walk">Your walk<input id="own-walk" type="file" accept=".csv,text/csv"><span></span></label>
     <p class="meta"><output id="own-walk-status">Choose or drop walk.csv or joints.csv of reconstruct, or another CSV with time_s, joint, x_mm, y_mm, z_mm. It stays on your machine.</output></p>`;
 
@@ -69,12 +69,15 @@ const Yours = (() => {
 
   // Fourier representation at the frequency with the smallest residual, at phase zero, like pipeline/core/fourier.
   function represent(walk) {
-    const frames = aligned(walk), [low, high] = STRIDE_HZ;
-    if (walk.times.at(-1) < MIN_DURATION_S) throw new Error(`the walk lasts ${walk.times.at(-1).toFixed(1)} s; at least ${MIN_DURATION_S} s are needed`);
+    const frames = aligned(walk), duration = walk.times.at(-1), high = STRIDE_HZ[1], low = Math.max(STRIDE_HZ[0], 1 / duration);
+    if (low >= high) throw new Error(`the walk lasts ${duration.toFixed(2)} s; at least one stride is needed (${(1 / high).toFixed(2)} s if it is fast)`);
     let hz = low, best = Infinity;
     for (const reach of [(high - low) / 2, (high - low) / STEPS]) {
       const about = reach > 0.1 ? (low + high) / 2 : hz;
-      for (let i = 0; i < STEPS; i++) { const candidate = about + reach * (2 * i / (STEPS - 1) - 1), { left } = fit(frames, walk.times, candidate); if (left < best) { best = left; hz = candidate; } }
+      for (let i = 0; i < STEPS; i++) {
+        const candidate = Math.max(low, about + reach * (2 * i / (STEPS - 1) - 1)), { left } = fit(frames, walk.times, candidate);
+        if (left < best) { best = left; hz = candidate; }
+      }
     }
     const { w, rest } = fit(frames, walk.times, hz), [left, right] = ["left", "right"].map(side => 3 * JOINTS.indexOf(`${side}_ankle`) + 1);
     const phase = Math.atan2(w[2][left] - w[2][right], w[1][left] - w[1][right]), samples = new Float64Array(BLOCKS * 45);

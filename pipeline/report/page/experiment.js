@@ -6,7 +6,7 @@ const Experiment = (() => {
   // Steps with the text of the button that leads to each one; methods of plug-ins follow those of the paper.
   const added = () => Object.entries(Gait.METHODS).filter(([, method]) => method.step);
   const stepsOf = () => [
-    { words: "Fifteen dots walk away from one camera. The image is flat: their depth is lost. Is the right hand nearer than the body or farther? Drag it in the view from the side.", method: null },
+    { words: "Fifteen dots walk away from one camera. The image is flat: their depth is lost. Is the right hand nearer than the body or farther? Drag it in the view from the side: the dots then stop.", method: null },
     { button: "Show where it is", words: "", method: null },
     { button: "Least squares", words: "Least squares: people differ along a few directions, the eigenwalkers. Their sum that fits the flat picture best is the reconstruction.", method: "least_squares" },
     { button: "Add the prior", words: "The prior: the same fit, with a penalty on unusual walks. Noise is no longer mistaken for an unusual gait.", method: "map" },
@@ -16,12 +16,12 @@ const Experiment = (() => {
   const namesOf = () => ({ baseline: "average walker", least_squares: "least squares", map: "+ prior",
     ...Object.fromEntries(added().map(([key, { step }]) => [key, step.name])) });
 
-  // Median depth errors over all walkers, by method, view and number of eigenwalkers.  They are computed in slices of a
-  // frame and cached.  A new request ends the previous one.
+  // Depth errors, means over all walkers as in the tables, by method, view and number of eigenwalkers.  They are computed
+  // in slices of a frame, cached, and reported when they are complete.  A new request ends the previous one.
   const cache = new Map();
   function sampler(people) {
     let latest = 0;
-    const middle = list => { const sorted = [...list].sort((a, b) => a - b), n = sorted.length; return (sorted[(n - 1) >> 1] + sorted[n >> 1]) / 2; };
+    const mean = list => list.reduce((sum, v) => sum + v, 0) / list.length;
     return (requests, report) => {
       const ours = ++latest, left = [];
       for (const request of requests) {
@@ -34,7 +34,7 @@ const Experiment = (() => {
           const [[key, degrees, n], q] = left.shift(), list = cache.get([key, degrees, n].join()), angle = rad(degrees);
           if (list.length === q) list.push(Gait.errors(people, q, Gait.reconstruct(Gait.fold(people, q), key, n, angle, people.sigma2_mm2).delta, angle).rms);
         }
-        for (const request of requests) { const list = cache.get(request.join()); if (list.length) report(middle(list), list.length, request); }
+        for (const request of requests) { const list = cache.get(request.join()); report(list.length === people.count ? mean(list) : null, request); }
         if (left.length) requestAnimationFrame(some);
       };
       some();
@@ -43,22 +43,18 @@ const Experiment = (() => {
 
   // Sentence with sliders for two of its numbers.
   function sentence(people) {
-    const count = id("alive-count"), view = id("alive-view"), out = id("alive-gain");
+    const count = id("alive-count"), view = id("alive-view"), out = id("alive-errors");
     if (!count) return;
-    const run = sampler(people), results = {};
+    const run = sampler(people), words = { least_squares: "by least squares", map: "with the prior", baseline: "by the average walker" };
     count.max = Math.min(60, people.count - 2); count.value = people.components;
     const update = () => {
-      const n = +count.value, degrees = +view.value;
+      const n = +count.value, degrees = +view.value, errors = {};
       id("alive-count-now").textContent = n; id("alive-view-now").textContent = Players.heading(degrees);
       view.setAttribute("aria-valuetext", Players.heading(degrees));
-      results.map = results.least_squares = undefined;
-      run([["least_squares", degrees, n], ["map", degrees, n]], (median, done, [key]) => {
-        results[key] = [median, done];
-        const [plain, prior] = [results.least_squares, results.map];
-        if (!plain || !prior) return;
-        const gain = 100 * (1 - prior[0] / plain[0]), part = Math.min(plain[1], prior[1]);
-        out.textContent = `${gain.toFixed(0).replace("-", "−")} %`;
-        id("alive-rest").textContent = ` of the median error: ${plain[0].toFixed(1)} mm by least squares, ${prior[0].toFixed(1)} mm with the prior${part < people.count ? ` (${part} of ${people.count} walkers)` : ""}.`;
+      run(Object.keys(words).map(key => [key, degrees, n]), (error, [key]) => {
+        errors[key] = error;
+        const complete = Object.keys(words).every(name => errors[name]);
+        out.textContent = complete ? `${Object.entries(words).map(([name, by]) => `${errors[name].toFixed(1)} mm ${by}`).join(", ")}.` : "computing";
       });
     };
     const visible = new IntersectionObserver(([entry]) => { if (entry.isIntersecting) { visible.disconnect(); update(); } });
@@ -72,24 +68,24 @@ const Experiment = (() => {
     const { Stage, drag, ink, loop, still, heading } = Players;
     const flat = new Stage(id("flat"), 2150, [0, -60]), aside = new Stage(id("aside"), 2150, [0, -60]);
     flat.wide = aside.wide = 1300;
-    const guess = id("guess"), view = id("turned-view"), state = { step: 0, method: null, angle: 0 }, playing = { on: false };
+    const guess = id("guess"), view = id("turned-view"), state = { step: 0, angle: 0 }, playing = { on: false };
     const r = people.shown, walker = Gait.walker(people, r), say = mm => `${Math.abs(mm).toFixed(0)} mm ${mm > 0 ? "farther" : "nearer"}`;
     const axes = angle => [Math.cos(angle), Math.sin(angle)];
     const depth = (p, j, [c, s]) => -s * p[3 * j] + c * p[3 * j + 1], across = (p, j, [c, s]) => c * p[3 * j] + s * p[3 * j + 1];
 
-    const bars = new Map(), box = id("medians"), run = sampler(people);
+    const bars = new Map(), box = id("means"), run = sampler(people);
     for (const [key, name] of Object.entries(NAMES)) {
       const row = box.appendChild(document.createElement("div")), bar = document.createElement("i"), out = document.createElement("span");
       row.append(Object.assign(document.createElement("span"), { textContent: name }), bar, out);
       bar.style.setProperty("--ink", `var(--c-${Charts.roles(Gait.METHODS[key].role)})`);
       bars.set(key, { row, bar, out });
     }
-    function medians() {
+    function means() {
       for (const [key, { row }] of bars) row.hidden = state.step < Math.max(2, STEPS.findIndex(step => step.method === key));
-      run([...bars].filter(([, { row }]) => !row.hidden).map(([key]) => [key, +view.value, people.components]), (median, done, [key]) => {
+      run([...bars].filter(([, { row }]) => !row.hidden).map(([key]) => [key, +view.value, people.components]), (error, [key]) => {
         const { bar, out } = bars.get(key);
-        bar.style.width = `${Math.min(100, median * 2)}%`;
-        out.textContent = `${median.toFixed(1)} mm${done < people.count ? ` (${done} of ${people.count})` : ""}`;
+        bar.style.width = `${Math.min(100, 2 * error)}%`;
+        out.textContent = error ? `${error.toFixed(1)} mm` : "computing";
       });
     }
     function solve() {
@@ -99,9 +95,10 @@ const Experiment = (() => {
       state.colour = method ? Charts.roles(Gait.METHODS[method].role) : "blue";
       id("turned-view-now").textContent = heading(+view.value);
       view.setAttribute("aria-valuetext", heading(+view.value));
-      medians();
+      means();
     }
-    const truthDepth = () => { const p = Gait.posture(walker, INSTANT); return depth(p, HAND, axes(0)) - depth(p, 8, axes(0)); };
+    const now = () => INSTANT + entry.clock * people.frequency_hz[r];
+    const truthDepth = () => { const p = Gait.posture(walker, now()); return depth(p, HAND, axes(0)) - depth(p, 8, axes(0)); };
     function guessed() {
       id("guess-now").textContent = +guess.value === 0 ? "the same as the body" : say(+guess.value);
       guess.setAttribute("aria-valuetext", id("guess-now").textContent);
@@ -110,7 +107,7 @@ const Experiment = (() => {
       state.step = Math.max(0, Math.min(STEPS.length - 1, step));
       const last = state.step === STEPS.length - 1;
       if (!last) view.value = 0;
-      playing.on = state.step > 1 && !still;
+      playing.on = state.step !== 1 && !still;
       id("step-number").textContent = `${state.step + 1} of ${STEPS.length}`;
       const off = +guess.value - truthDepth();
       id("step-words").textContent = state.step === 1
@@ -124,13 +121,13 @@ const Experiment = (() => {
     }
     id("step-next").addEventListener("click", () => { to(state.step === STEPS.length - 1 ? 0 : state.step + 1); });
     id("step-back").addEventListener("click", () => to(state.step - 1));
-    guess.addEventListener("input", guessed);
+    guess.addEventListener("input", () => { playing.on = false; guessed(); });
     view.addEventListener("input", solve);
-    drag(aside.canvas, dx => { if (state.step === 0) { guess.value = +guess.value + dx / aside.scale; guessed(); } });
+    drag(aside.canvas, dx => { if (state.step === 0) { guess.value = +guess.value + dx / aside.scale; guessed(); } }, () => { if (state.step === 0) playing.on = false; });
     drag(flat.canvas, dx => { if (state.step === STEPS.length - 1) { view.value = +view.value + dx * 0.5; solve(); } });
 
-    function draw(clock) {
-      const cycle = state.step < 2 ? INSTANT : INSTANT + clock * people.frequency_hz[r], real = Gait.posture(walker, cycle), at = axes(state.angle);
+    function draw() {
+      const cycle = now(), real = Gait.posture(walker, cycle), at = axes(state.angle);
       const colour = ink(`--c-${state.colour}`), text = ink("--text"), grey = ink("--truth"), middle = depth(real, 8, at);
       flat.begin();
       for (let j = 0; j < 15; j++) flat.dot(flat.place(across(real, j, at), real[3 * j + 2]), j === HAND && state.step < 2 ? 8 : 5, j === HAND && state.step < 2 ? ink("--bad") : text);
@@ -158,8 +155,8 @@ const Experiment = (() => {
         aside.skeleton(result, project, colour, { width: 3, radius: 3.4 });
       }
     }
+    const entry = loop(playing, [flat, aside], draw);
     guessed(); to(0);
-    loop(playing, [flat, aside], draw);
   }
   return { start, sentence };
 })();

@@ -14,7 +14,8 @@
     if (box.dataset.done) return;
     box.dataset.done = "yes";
     const spec = JSON.parse(box.dataset.spec), series = Charts.series(spec);
-    new Charts.Chart(box, { series, names: spec.names, spec, note: series.some(s => s.dots) ? "" : spec.note });
+    if (Strips.wanted(spec)) Strips.draw(box, spec, series);
+    else new Charts.Chart(box, { series, names: spec.names, spec, note: series.some(s => s.dots) ? "" : spec.note });
   }
   // Elements that are drawn when they come into view; their space is reserved, so that the page does not jump.
   const charts = [...document.querySelectorAll("[data-spec]")], pictures = [...document.querySelectorAll("[data-packed]")];
@@ -36,23 +37,30 @@
   const idle = window.requestIdleCallback ?? (task => setTimeout(task, 200)), packed = [...pictures];
   const next = () => { const image = packed.shift(); if (image) Promise.resolve(unpacked(image)).then(() => idle(next)); };
   addEventListener("load", () => idle(next));
-  // A link to a claim opens the section around it.  All charts are drawn first, since later ones would move the claim.
-  function open(place) { charts.forEach(drawn); for (let up = place; up; up = up.parentElement) if (up.tagName === "DETAILS") up.open = true; }
+  // A figure is drawn when it opens.
+  const drawnWithin = at => at.querySelectorAll("[data-spec], [data-packed]").forEach(show);
+  for (const figure of document.querySelectorAll("details.figure")) figure.addEventListener("toggle", () => { if (figure.open) drawnWithin(figure); });
+  // A link to a claim or a figure opens it.
+  function open(place) {
+    if (place?.classList.contains("ledger-row")) Ledger.reveal(place);
+    for (let up = place; up; up = up.parentElement) if (up.tagName === "DETAILS") { up.open = true; drawnWithin(up); }
+  }
   document.addEventListener("click", event => {
     const link = event.target.closest('a[href^="#"]');
     if (link) open(document.getElementById(link.hash.slice(1)));
   });
-  const place = document.getElementById(decodeURIComponent(location.hash.slice(1)));
-  if (place) { open(place); requestAnimationFrame(() => place.scrollIntoView({ behavior: "instant" })); }
   addEventListener("beforeprint", () => {
     [...charts, ...pictures].forEach(show);
-    document.querySelectorAll("details").forEach(details => { details.open = true; });
+    document.querySelectorAll("details.figure, details.legend-of").forEach(details => { details.open = true; });
   });
 
   for (const button of document.querySelectorAll("button.copy")) button.addEventListener("click", async () => {
     try { await navigator.clipboard.writeText(button.dataset.text); button.textContent = "copied"; } catch { button.textContent = "select and copy"; }
   });
+  document.querySelectorAll("#story [data-spec]").forEach(drawn);  // before the first paint, so that nothing moves
   Ledger.start();
+  const place = document.getElementById(decodeURIComponent(location.hash.slice(1)));
+  if (place) { open(place); requestAnimationFrame(() => place.scrollIntoView({ behavior: "instant" })); }
   const played = Players.start(tables);
   if (played) Agreement.start(played, tables);
 })();

@@ -1,0 +1,133 @@
+"""Sentences on what agrees, with our numbers on recorded people if these decide the claim."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any
+
+import pandas as pd
+
+from pipeline import papers
+from pipeline.papers import Agreement, Claim
+from pipeline.report.published import Published
+from pipeline.report.verdicts import tone
+from pipeline.studies.captions import BASELINE, PUBLISHED, filled_caption
+from pipeline.studies.evaluation import evaluate
+from pipeline.studies.registry import all_measures
+from pipeline.validation import InvalidInput
+
+GENERATED = "synthetic"
+"""Data set of generated people, whose statistics are not evidence about people."""
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """Our numbers on a data set.
+
+    Attributes
+    ----------
+    data : str
+    rows : mapping of str to mapping
+        Rows of ``claims.csv`` by claim.
+    quantity : callable
+        Value of a quantity by its name; NaN if it is unknown.
+    """
+
+    data: str
+    rows: Mapping[str, Mapping[str, Any]]
+    quantity: Callable[[str], float]
+
+    def __call__(self, name: str) -> float:
+        """Return our value of a claim or quantity, or the value of a claim's baseline; NaN without one."""
+        column = "baseline_value" if name.startswith(BASELINE) else "value"
+        claim = name.removeprefix(BASELINE)
+        if claim not in self.rows:
+            return self.quantity(name)
+        value = self.rows[claim].get(column)
+        return value if isinstance(value, int | float) else math.nan
+
+
+def numbers_of(results: Published) -> Numbers:
+    """Return the numbers of the page's results; quantities are computed from the tables."""
+
+    def quantity(name: str) -> float:
+        item = papers.quantity(name.removeprefix(BASELINE))
+        if isinstance(item, Claim) or item.measure is None:
+            return math.nan
+        frames = {}
+        for path in item.measure.tables:
+            figure, _, table = path.partition("/")
+            columns = results.figures[figure].table(table or "table") if figure in results.figures else None
+            if columns is None:
+                return math.nan
+            frames[path] = pd.DataFrame(columns)
+            frames[path].attrs["name"] = path
+        with suppress(InvalidInput):  # a table that an earlier version published without these columns
+            return float(evaluate(item.measure, all_measures(), frames))
+        return math.nan
+
+    return Numbers(results.data, {row["claim"]: row for row in results.claims}, quantity)
+
+
+def numbers_of_others(
+    others: Mapping[str, Sequence[Mapping[str, Any]]], listed: Sequence[Mapping[str, str]]
+) -> list[Numbers]:
+    """Return the numbers of other data sets.
+
+    Parameters
+    ----------
+    others : mapping of str to sequence of mapping
+        Rows of ``claims.csv`` by data set.
+    listed : sequence of mapping
+        Rows of ``published.csv``, which has the quantities.
+    """
+    quantities: dict[str, dict[str, float]] = {data: {} for data in others}
+    for row in listed:
+        quantities.setdefault(row["data"], {})[row["name"]] = float(row["value"])
+
+    def quantity_of(data: str) -> Callable[[str], float]:
+        return lambda name: quantities[data].get(name, math.nan)
+
+    return [
+        Numbers(data, {row["claim"]: row for row in rows}, quantity_of(data)) for data, rows in others.items()
+    ]
+
+
+def sentences(paper: papers.Paper, own: Numbers, others: Sequence[Numbers]) -> list[dict[str, Any]]:
+    """Return the sentences on what agrees, each with its verdict, from the first data set that decides its claim.
+
+    Recorded people come first, then the page's own data set.  A sentence without a decided claim has the page's own
+    numbers; a sentence without all of its numbers is left out.
+    """
+    ordered = sorted([own, *others], key=lambda numbers: numbers.data == GENERATED)
+    entries = []
+    for name, template in paper.page.agrees.items():
+        known = [
+            numbers
+            for numbers in [*(n for n in ordered if _agreement(n, name) in papers.JUDGED), own]
+            if name in numbers.rows and all(map(_finite(numbers), papers.placeholders(template)))
+        ]
+        if known:
+            verdict = _agreement(known[0], name)
+            text = filled_caption(template, known[0])
+            entries.append(
+                {
+                    "text": text,
+                    "claim": name,
+                    "data": known[0].data,
+                    "agreement": verdict,
+                    "tone": tone(verdict),
+                }
+            )
+    return entries
+
+
+def _agreement(numbers: Numbers, claim: str) -> str:
+    return str(numbers.rows.get(claim, {}).get("agreement", Agreement.UNTESTABLE))
+
+
+def _finite(numbers: Numbers) -> Callable[[str], bool]:
+    return lambda name: name.startswith(PUBLISHED) or math.isfinite(numbers(name))
