@@ -132,7 +132,7 @@ class PostureRow:
 
 @dataclass(frozen=True, kw_only=True)
 class SkeletonRow:
-    """Posture overlaid with others, followed by single overlays of some of them, in mm, the second axis up.
+    """Posture, followed by others that are drawn one by one over it, in mm, the second axis up.
 
     Attributes
     ----------
@@ -141,15 +141,11 @@ class SkeletonRow:
     centre : (J, 2) float
         The posture.
     others : (n, J, 2) float
-        Postures that are drawn over it.
-    separate : sequence of int
-        Indices of the others that are also drawn one by one over the posture, next to it.
     """
 
     label: str
     centre: np.ndarray
     others: np.ndarray
-    separate: Sequence[int]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,10 +1,12 @@
-"""Choices that do not depend on rounding: among nearly equal values, and of evenly spaced indices.
+"""Choices that do not depend on rounding: among nearly equal values, of evenly spaced indices, of a typical sample.
 
 The last digits of a sum depend on the processor.  Where two candidates tie, the lower of the two computed values may
 therefore be either; the rule here takes the first candidate that is not worse by more than a stated relative margin.
 """
 
 from __future__ import annotations
+
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -36,3 +38,15 @@ def evenly(wanted: int, count: int) -> np.ndarray:
     if not 0 < wanted < count:
         return np.arange(count)
     return np.unique(np.rint(np.linspace(0, count - 1, wanted)).astype(int))
+
+
+def nearest_to_medians(errors_of: Mapping[str, np.ndarray]) -> int:
+    """Return the number of the most typical sample: its errors (R,) are nearest to each method's median, by the ratio.
+
+    Examples
+    --------
+    >>> nearest_to_medians({"map": np.array([1.0, 2.0, 9.0]), "least_squares": np.array([8.0, 5.0, 4.0])})
+    1
+    """
+    off = sum(np.abs(np.log(error / np.median(error))) for error in errors_of.values())
+    return int(np.argmin(off))

@@ -4,22 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator, NullFormatter
+from matplotlib.patches import Patch
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
-from pipeline.charts import Axis, Chart, Line, Reference, lines_of
+from pipeline.charts import Axis, Chart, Line, Reference, abscissa_limits, lines_of, ordinate_limits
 from pipeline.palette import hex_colour
 from pipeline.pictures import style as look
+from pipeline.pictures.notes import Notes
 from pipeline.validation import InvalidInput, require_range
 
-_MAX_OVER_LINES = 2.0
-"""Largest ratio of an ordinate from zero to the highest line; wider bands leave the axes."""
+_MIN_PANEL_WIDTH = 1.5
+"""Smallest width of a panel in a picture whose width is given, inches."""
+
+_MIN_SHRUNK = 0.75
+"""Smallest factor on the height of panels that are narrower than usual."""
 
 
 def draw_charts(canvas: look.Canvas) -> None:
@@ -33,16 +38,30 @@ def draw_charts(canvas: look.Canvas) -> None:
     sheet, count = canvas.sheet, len(canvas.drawn)
     require_range(f"{canvas.path_stem}, charts", count, at_least=1)
     require_range(f"{canvas.path_stem}, columns", sheet.columns, at_least=1)
-    rows, columns = -(-count // sheet.columns), sheet.columns
+    wide = canvas.width_mm / 25.4
+    columns = min(sheet.columns, count)
+    if wide:
+        columns = max(1, min(columns, int(wide / _MIN_PANEL_WIDTH)))
+    width, height = sheet.panel_size or look.PANEL_SIZE
+    if wide:
+        height *= min(1.0, max(_MIN_SHRUNK, wide / columns / width))
+        width = wide / columns
+    rows = -(-count // columns)
     with look.applied_style():
-        width, height = sheet.panel_size or look.PANEL_SIZE
-        figure = look.new_figure(width * columns + look.FRAME, height * rows + look.FRAME)
+        figure = canvas.new_figure(width * columns + look.FRAME * (not wide), height * rows + look.FRAME)
+        canvas = replace(canvas, sheet=replace(sheet, columns=columns))
         look.finish(figure, canvas, add_charts(figure, canvas, figure.add_gridspec(rows, columns)))
 
 
-def add_charts(figure: Figure, canvas: look.Canvas, grid: Any) -> list[Line2D]:
-    """Add charts to a figure, each in a cell of a grid; return the entries of their legend."""
+def add_charts(figure: Figure, canvas: look.Canvas, grid: Any, width: float = 0.0) -> dict[str, Any]:
+    """Add charts to a figure, each in a cell of a grid; return the entries of their legend.
+
+    `width` is the width of a cell in inches, by default an equal share of the figure's.
+    """
     sheet, charts, columns = canvas.sheet, canvas.drawn, canvas.sheet.columns
+    room = (
+        72.0 * (width or figure.get_figwidth() / columns) - 4.0 * look.TITLE_SIZE
+    )  # less the numbers of the axis
     drawn: list[tuple[Axes, Chart, list[Line]]] = []
     for number, chart in enumerate(charts):
         lines = _checked(chart, lines_of(chart, canvas.tables))
@@ -51,8 +70,7 @@ def add_charts(figure: Figure, canvas: look.Canvas, grid: Any) -> list[Line2D]:
         axes = figure.add_subplot(grid[number], sharey=shared)
         (_draw_rows if chart.abscissa.words else _draw_lines)(axes, chart, lines)
         letter = f"({chr(ord('a') + number)})" if sheet.letters and len(charts) > 1 else ""
-        x_label, y_label = (chart.axes[1], chart.abscissa.label) if chart.abscissa.words else chart.axes
-        axes.set(title=f"{letter} {chart.title}".strip(), xlabel=x_label, ylabel=y_label)
+        x_label, y_label = (chart.axes[1], "") if chart.abscissa.words else chart.axes
         named = (
             chart.abscissa.words
             and number % columns
@@ -60,25 +78,35 @@ def add_charts(figure: Figure, canvas: look.Canvas, grid: Any) -> list[Line2D]:
         )
         if shared is not None or named:  # labels appear once, on the left
             axes.tick_params(labelleft=False)
-            axes.set_ylabel("")
+            y_label = ""
+        heading = [f"{letter} {chart.title}".strip(), y_label]
+        if not chart.title:
+            heading = [" ".join(filter(None, heading))]
+        spare = 3.0 * look.TITLE_SIZE if chart.abscissa.words else 0.0
+        axes.set_title("\n".join(look.wrapped(part, room + spare) for part in heading if part))
+        axes.set_xlabel(look.wrapped(x_label, room))
         drawn.append((axes, chart, lines))
     for start in range(0, len(drawn), columns if sheet.share_y else 1):
-        if not charts[start].abscissa.words:
-            _limit_ordinate(drawn[start : start + (columns if sheet.share_y else 1)])
-    handles: dict[str, Line2D] = {}
+        row = drawn[start : start + (columns if sheet.share_y else 1)]
+        limits = ordinate_limits([(chart, lines) for _, chart, lines in row])
+        for axes, chart, _ in row:
+            (axes.set_xlim if chart.abscissa.words else axes.set_ylim)(*limits)
+    entries: dict[str, Any] = {}
     for axes, chart, lines in drawn:
-        _draw_notes(axes, *(_turned(chart, lines) if chart.abscissa.words else (chart, lines)))
+        canvas.after_layout.append(
+            partial(_draw_notes, axes, *(_turned(chart, lines) if chart.abscissa.words else (chart, lines)))
+        )
         if chart.named:
             _name_at_ends(axes, lines)
         for line in lines if not chart.named else ():
-            handles.setdefault(line.style.label, _handle(line, points=bool(chart.abscissa.words)))
+            entries.setdefault(line.style.label, _handle(line, rows=bool(chart.abscissa.words)))
         for reference in chart.references:
             if reference.slope is not None or reference.below:
-                handles.setdefault(
+                entries.setdefault(
                     reference.label, look.legend_handle(reference.label, **_look_of(reference))
                 )
-    handles.pop("", None)
-    return list(handles.values())
+    entries.pop("", None)
+    return entries
 
 
 def _checked(chart: Chart, lines: list[Line]) -> list[Line]:
@@ -93,7 +121,7 @@ def _checked(chart: Chart, lines: list[Line]) -> list[Line]:
 def _draw_lines(axes: Axes, chart: Chart, lines: Sequence[Line]) -> None:
     axes.set_xscale("log" if chart.abscissa.log else "linear")
     axes.set_yscale("log" if chart.log_y else "linear")
-    for line in lines:
+    for number, line in enumerate(lines):
         style, colour = line.style, hex_colour(line.style.colour)
         look_of: dict[str, Any] = {"linewidth": style.width * look.LINE_WIDTH, "alpha": style.opacity}
         points = style.line == "points" or line.x.size == 1  # a line of one point would be invisible
@@ -106,27 +134,35 @@ def _draw_lines(axes: Axes, chart: Chart, lines: Sequence[Line]) -> None:
             axes.autoscale_view()
             continue
         if points and (ends := line.interval or line.band):
-            axes.vlines(line.x, *ends, color=colour, **look_of)
+            axes.vlines(line.x, *ends, color=colour, gid=f"interval-{number}", **look_of)
         elif not points:
-            for ends, opacity in ((line.band, look.BAND_OPACITY), (line.interval, look.INTERVAL_OPACITY)):
-                if ends is not None:
-                    axes.fill_between(line.x, *ends, color=colour, alpha=opacity, linewidth=0)
+            for kind, ends, opacity in _bands(line):
+                gid = f"{kind}-{number}"
+                axes.fill_between(line.x, *ends, color=colour, alpha=opacity, linewidth=0, gid=gid)
         pattern = "none" if points else look.LINE_STYLES[style.line]
         axes.plot(
             line.x, line.y, linestyle=pattern, marker="o" if points else "none", color=colour, **look_of
         )
-    scattered = any(line.style.line == "points" or line.x.size == 1 for line in lines)
-    axes.margins(x=0.03 if scattered else 0.0, y=0.06)
-    _limit_abscissa(axes, chart.abscissa)
+    axes.set_xlim(*abscissa_limits(chart, lines))
+    _tick(axes, chart.abscissa)
+    if chart.log_y:
+        _tick_log(axes.yaxis)
+
+
+def _bands(line: Line) -> list[tuple[str, Any, float]]:
+    """Return the bands of a line, first the lighter one: kind, ends and opacity."""
+    every = (("band", line.band, look.BAND_OPACITY), ("interval", line.interval, look.INTERVAL_OPACITY))
+    return [each for each in every if each[1] is not None]
 
 
 def _draw_rows(axes: Axes, chart: Chart, lines: Sequence[Line]) -> None:
     """Draw a row for each name, from the top, with numbers along the abscissa."""
     axes.set_xscale("log" if chart.log_y else "linear")
-    for line in lines:
+    for number, line in enumerate(lines):
         look_of: dict[str, Any] = {"color": hex_colour(line.style.colour), "alpha": line.style.opacity}
         if ends := line.interval or line.band:
-            axes.hlines(line.x, *ends, linewidth=line.style.width * look.LINE_WIDTH, **look_of)
+            width = line.style.width * look.LINE_WIDTH
+            axes.hlines(line.x, *ends, linewidth=width, gid=f"interval-{number}", **look_of)
         strands = np.zeros(len(line.x)) if line.strands is None else line.strands
         for strand in dict.fromkeys(strands.tolist()):
             members = strands == strand
@@ -134,10 +170,7 @@ def _draw_rows(axes: Axes, chart: Chart, lines: Sequence[Line]) -> None:
                 line.y[members], line.x[members], linestyle="none" if line.strands is None else "-", marker="o",
                 linewidth=line.style.width * look.LINE_WIDTH, **look_of,
             )  # fmt: skip
-    axes.margins(x=0.06)
-    if chart.zero and not chart.limits:
-        axes.set_xlim(left=0.0)
-    _limit_abscissa(axes, replace(chart.abscissa, log=chart.log_y, limits=chart.limits))
+    _tick(axes, replace(chart.abscissa, log=chart.log_y))
     axes.set_ylim(len(chart.abscissa.words) - 0.5, -0.5)
     axes.set_yticks(range(len(chart.abscissa.words)), list(chart.abscissa.words.values()))
     rows = {at for line in lines for at in np.rint(line.x)}
@@ -155,14 +188,11 @@ def _turned(chart: Chart, lines: Sequence[Line]) -> tuple[Chart, list[Line]]:
     return replace(chart, references=references), [replace(line, x=line.y, y=line.x) for line in lines]
 
 
-def _limit_abscissa(axes: Axes, abscissa: Axis) -> None:
-    if abscissa.limits:
-        axes.set_xlim(*abscissa.limits)
+def _tick(axes: Axes, abscissa: Axis) -> None:
+    if abscissa.log:
+        _tick_log(axes.xaxis)
     if isinstance(abscissa.ticks, Sequence | np.ndarray):
         axes.set_xticks(list(abscissa.ticks))
-        if abscissa.log:  # plain numbers, at the requested ticks only
-            axes.set_xticklabels([f"{tick:g}" for tick in abscissa.ticks])
-            axes.xaxis.set_minor_formatter(NullFormatter())
     elif abscissa.ticks is not None:
         low, high = (limit / abscissa.ticks for limit in axes.get_xlim())
         axes.set_xticks(abscissa.ticks * np.arange(np.ceil(low - 1e-9), np.floor(high + 1e-9) + 1))
@@ -170,61 +200,57 @@ def _limit_abscissa(axes: Axes, abscissa: Axis) -> None:
         axes.xaxis.set_major_locator(MaxNLocator("auto", steps=look.TICK_STEPS))
 
 
-def _limit_ordinate(drawn: Sequence[tuple[Axes, Chart, list[Line]]]) -> None:
-    """Set the limits of the ordinate that some axes share."""
-    axes = drawn[0][0]
-    if limits := next((chart.limits for _, chart, _ in drawn if chart.limits), None):
-        axes.set_ylim(*limits)
-    elif any(chart.zero for _, chart, _ in drawn):
-        # A band much higher than the lines would flatten them onto the abscissa.
-        tops = [
-            min(np.nanmax([line.y, *(ends[1] for ends in (line.band, line.interval) if ends)]),
-                _MAX_OVER_LINES * line.y.max())
-            for _, _, lines in drawn
-            for line in lines
-        ]  # fmt: skip
-        marks = [r.y for _, chart, _ in drawn for r in chart.references if r.published and r.y is not None]
-        axes.set_ylim(0.0, 1.05 * max(*tops, *map(float, marks), np.finfo(float).tiny))
+def _tick_log(axis: Any) -> None:
+    """Label a logarithmic axis with plain numbers."""
+    low, high = axis.get_view_interval()
+    axis.set_major_locator(LogLocator(subs=(1, 2, 5) if high < 30.0 * low else (1,)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: _plain(value)))
+    axis.set_minor_formatter(NullFormatter())
+
+
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def _plain(value: float) -> str:
+    """Return a tick's number without an exponent, or as a raised power of ten if it is very large or small."""
+    if value == 0 or 1e-4 < abs(value) < 1e5:
+        return f"{value:.6g}"
+    exponent = int(np.floor(np.log10(value)))
+    factor = value / 10.0**exponent
+    return ("" if np.isclose(factor, 1) else f"{factor:.3g}·") + "10" + str(exponent).translate(_RAISED)
 
 
 def _name_at_ends(axes: Axes, lines: Sequence[Line]) -> None:
     """Write the names of lines at their right ends, one above the other where the ends are close."""
     below = -np.inf
     for line in sorted(lines, key=lambda line: line.y[-1]):
-        below = max(_fraction(axes, line.y[-1], 1), below + 0.08)
+        below = max(
+            axes.transAxes.inverted().transform(axes.transData.transform((line.x[-1], line.y[-1])))[1],
+            below + 0.08,
+        )
         axes.text(
             1.02, below, line.style.label, transform=axes.transAxes, va="center", fontsize=look.NOTE_SIZE,
             color=hex_colour(line.style.colour),
         )  # fmt: skip
 
 
-def _handle(line: Line, *, points: bool) -> Line2D:
-    style = line.style
-    return look.legend_handle(
-        style.label,
-        hex_colour(style.colour),
-        line="points" if points or line.x.size == 1 else style.line,
+def _handle(line: Line, *, rows: bool) -> Any:
+    """Return the legend entry of a line, which looks like its marks: line, points, bars and bands."""
+    style, colour = line.style, hex_colour(line.style.colour)
+    points = style.line == "points" or line.x.size == 1
+    handle = look.legend_handle(
+        style.label, colour, line="points" if points or rows else style.line,
         width=max(style.width * look.LINE_WIDTH, look.LEGEND_WIDTH),
-    )
-
-
-def _in_axes(axes: Axes, lines: Sequence[Line]) -> np.ndarray:
-    """Return points (N, 2) along all lines as fractions of the axes, interpolated between the data."""
-    points = []
-    for line in lines:
-        data = axes.transData.transform(np.column_stack([line.x, line.y]))
-        places = axes.transAxes.inverted().transform(data)
-        fine, numbers = np.linspace(0, len(places) - 1, max(len(places), 200)), np.arange(len(places))
-        points.append(np.stack([np.interp(fine, numbers, places[:, k]) for k in (0, 1)], axis=-1))
-    return np.concatenate(points)
+    )  # fmt: skip
+    if rows and (line.strands is not None or line.interval or line.band):
+        handle.set_linestyle("-")
+    if points or rows or not _bands(line):
+        return handle
+    return (*(Patch(color=colour, alpha=opacity, linewidth=0) for _, _, opacity in _bands(line)), handle)
 
 
 def _draw_notes(axes: Axes, chart: Chart, lines: Sequence[Line]) -> None:
-    """Draw the references, each with its label at the end that is farther from the data."""
-    data = _in_axes(axes, lines)
-    across = [r for r in chart.references if r.y is not None and r.x is None]
-    heights = [_fraction(axes, float(r.y), 1) for r in across if r.y is not None and r.label]
-    upright = [_fraction(axes, float(r.x), 0) for r in chart.references if r.x is not None and r.y is None]
+    """Draw the references with their labels."""
     for reference in chart.references:
         look_of = _look_of(reference)
         line_look = {"color": look_of["colour"], "linestyle": look_of["line"], "linewidth": look_of["width"]}
@@ -237,32 +263,15 @@ def _draw_notes(axes: Axes, chart: Chart, lines: Sequence[Line]) -> None:
             axes.plot(*points, zorder=1.5, scalex=False, scaley=False, **line_look)
         elif x is not None and y is not None:
             axes.plot([x], [y], marker="D", markerfacecolor="white", markeredgecolor=line_look["color"],
-            linestyle="none",
-                      markersize=1.3 * look.POINT_SIZE, zorder=5, clip_on=False)  # fmt: skip
-            at = (_fraction(axes, x, 0), _fraction(axes, y, 1))
-            right, high = at[0] > 0.6, at[1] > 0.5
-            _write(axes, (at[0] + (-0.025 if right else 0.025), at[1]), reference.label, right, high)
+                      linestyle="none", markersize=1.3 * look.POINT_SIZE, zorder=5, clip_on=False)  # fmt: skip
         elif x is not None:
             axes.axvline(x, zorder=0.5, **line_look)
-            at_x = _fraction(axes, x, 0)
-            far = _farther(data, 0, at_x, (0.05, 0.95))
-            # The label is to the right of the line, or to the left if there is no space.
-            inward = at_x < 0.7 and not any(0 < other - at_x < 0.25 for other in upright)
-            _write(
-                axes,
-                (at_x + (0.012 if inward else -0.012), 0.96 if far else 0.04),
-                reference.label,
-                not inward,
-                far,
-            )
         elif y is not None:
             axes.axhline(y, zorder=0.5, **line_look)
-            at_y = _fraction(axes, y, 1)
-            far = _farther(data, 1, at_y, (0.14, 0.86))
-            # The label is above the line, or below it if an edge or another line leaves no space.
-            above = at_y < 0.9 and not any(0 < other - at_y < 0.17 for other in heights)
-            corner = (0.985 if far else 0.015, at_y + (0.015 if above else -0.015))
-            _write(axes, corner, reference.label, far, not above)
+    notes = Notes(axes, lines, chart.references)
+    for reference in chart.references:
+        if reference.x is not None or reference.y is not None:
+            notes.write(reference)
 
 
 def _look_of(reference: Reference) -> dict[str, Any]:
@@ -271,25 +280,3 @@ def _look_of(reference: Reference) -> dict[str, Any]:
     dashes = look.PUBLISHED_DASHES if published else look.REFERENCE_DASHES
     colour = hex_colour("published" if published else "reference")
     return {"colour": colour, "line": dashes, "width": look.REFERENCE_WIDTH}
-
-
-def _write(axes: Axes, corner: tuple[float, float], words: str, right: bool, top: bool) -> None:
-    """Write words at a corner of their box, in fractions of the axes; `right` and `top` say which corner."""
-    align: dict[str, Any] = {"ha": "right" if right else "left", "va": "top" if top else "bottom"}
-    axes.text(
-        *corner, words, transform=axes.transAxes, fontsize=look.NOTE_SIZE, color=look.NOTE_COLOUR, **align
-    )
-
-
-def _farther(data: np.ndarray, along: int, at: float, ends: tuple[float, float]) -> bool:
-    """Return True if the upper or right end of a line across the axes is farther from the data than the other end."""
-    near = data[np.abs(data[:, along] - at) < 0.12][:, 1 - along]
-    gaps = [np.abs(near - end).min() if near.size else 1.0 for end in ends]
-    return gaps[1] >= gaps[0]
-
-
-def _fraction(axes: Axes, value: float, along: int) -> float:
-    """Return the position of a value of the abscissa (0) or the ordinate (1), as a fraction of the axes."""
-    corner = np.array([axes.get_xlim()[0], axes.get_ylim()[0]])
-    corner[along] = value
-    return float(axes.transAxes.inverted().transform(axes.transData.transform(corner))[along])

@@ -26,16 +26,16 @@ def draw_heat_map(canvas: look.Canvas, matrix: HeatMap) -> None:
     """
     count = len(canvas.drawn)
     with look.applied_style():
-        figure = look.new_figure(look.PAGE_WIDTH + look.FRAME, _HEIGHT + look.LEGEND_LINE)
+        figure = canvas.new_figure(look.PAGE_WIDTH + look.FRAME, _HEIGHT + look.LEGEND_LINE)
         grid = figure.add_gridspec(count, 2, width_ratios=[1.15, 1.0])
         axes = figure.add_subplot(grid[:, 0])
-        handles = _draw_matrix(axes, matrix)
+        entries = _draw_matrix(axes, matrix)
         places = [grid[number, 1] for number in range(count)]
-        handles += add_charts(figure, canvas, places)
-        look.finish(figure, canvas, handles)
+        entries |= add_charts(figure, canvas, places, 0.4 * figure.get_figwidth())
+        look.finish(figure, canvas, entries)
 
 
-def _draw_matrix(axes: Axes, matrix: HeatMap) -> list[Line2D]:
+def _draw_matrix(axes: Axes, matrix: HeatMap) -> dict[str, Line2D]:
     """Draw the matrix, its outline and its path; return the entries of the legend."""
     values = np.ma.masked_invalid(matrix.values)
     edges = (matrix.x[0] - 0.5, matrix.x[-1] + 0.5, matrix.y[0] - 0.5, matrix.y[-1] + 0.5)
@@ -59,7 +59,7 @@ def _draw_matrix(axes: Axes, matrix: HeatMap) -> list[Line2D]:
     drawn[-1].set_path_effects([rim, patheffects.Normal()])
     axes.set(xlabel=matrix.xlabel, ylabel=matrix.ylabel, xlim=edges[:2], ylim=edges[2:], title=matrix.title)
     axes.figure.colorbar(image, ax=axes, label=matrix.bar, pad=0.02, aspect=28)
-    return [
-        look.legend_handle(label, hex_colour(colour), width=width)
+    return {
+        label: look.legend_handle(label, hex_colour(colour), width=width)
         for label, _, colour, width in reversed(lines)
-    ]
+    }

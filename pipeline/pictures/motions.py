@@ -17,6 +17,12 @@ from pipeline.validation import require_finite
 _STRIP_WIDTH, _STRIP_HEIGHT, _CHARTS_HEIGHT = 5.0, 1.3, 1.5
 """Width and height of a row of skeletons, and height of the charts below all rows, inches."""
 
+_NAMES_WIDTH = 1.0
+"""Width of the names of the rows of the charts, inches."""
+
+_SCALE_MM = 1000.0
+"""Length of the scale of the plan."""
+
 _TRUTH: dict[str, Any] = {"colour": "silver", "width": look.BONE_WIDTHS["broad"]}
 """Colour and line width of the true skeletons."""
 
@@ -39,7 +45,7 @@ def draw_motion(canvas: look.Canvas, scene: MotionScene, bones: Bones) -> None:
     rows = [("what the camera saw", scene.image, None, "original"), *scene.rows]
     with look.applied_style():
         heights = [*[_STRIP_HEIGHT] * len(rows), _CHARTS_HEIGHT]
-        figure = look.new_figure(look.PAGE_WIDTH, sum(heights) + look.LEGEND_LINE)
+        figure = canvas.new_figure(look.PAGE_WIDTH, sum(heights) + look.LEGEND_LINE)
         shares = [_STRIP_WIDTH, look.PAGE_WIDTH - _STRIP_WIDTH]
         halves = figure.add_gridspec(2, 1, height_ratios=[sum(heights[:-1]), heights[-1]])
         grid = halves[0].subgridspec(len(rows), 2, width_ratios=shares, hspace=0.02, wspace=0.02)
@@ -49,9 +55,10 @@ def draw_motion(canvas: look.Canvas, scene: MotionScene, bones: Bones) -> None:
             _draw_strip(axes, body, truth, bones, colour)
         _draw_plan(figure.add_subplot(grid[:, 1]), scene)
         errors = halves[1].subgridspec(1, len(canvas.drawn))
-        entries = add_charts(figure, canvas, errors)
+        width = (figure.get_figwidth() - _NAMES_WIDTH) / len(canvas.drawn)
+        entries = add_charts(figure, canvas, errors, width)
         truth_entry = look.legend_handle("truth", hex_colour(_TRUTH["colour"]), width=_TRUTH["width"])
-        look.finish(figure, canvas, [truth_entry, *entries])
+        look.finish(figure, canvas, {"truth": truth_entry, **entries})
 
 
 def _draw_strip(axes: Axes, body: np.ndarray, truth: np.ndarray | None, bones: Bones, colour: str) -> None:
@@ -77,7 +84,7 @@ def _draw_strip(axes: Axes, body: np.ndarray, truth: np.ndarray | None, bones: B
 
 
 def _draw_plan(axes: Axes, scene: MotionScene) -> None:
-    """Draw the body's path and the cameras from above, with each camera's middle position and field of view."""
+    """Draw the body's path and the cameras from above, with each camera's middle and field of view, and a scale."""
     axes.set_axis_off()
     axes.set_aspect("equal")
     axes.set_anchor("N")
@@ -94,4 +101,9 @@ def _draw_plan(axes: Axes, scene: MotionScene) -> None:
         axes.annotate(
             label, label_position, (8, 6), textcoords="offset points", color=stroke, fontsize=look.SMALL_SIZE
         )
+    left, low = np.min([part.min(axis=0) for _, _, *parts in scene.cameras for part in parts], axis=0)
+    ends = np.array([[left, low], [left + _SCALE_MM, low]]) - [0.0, 0.3 * _SCALE_MM]
+    axes.plot(*ends.T, color=look.NOTE_COLOUR, linewidth=look.LINE_WIDTH, solid_capstyle="butt")
+    axes.annotate(f"{_SCALE_MM / 1000:g} m", ends.mean(axis=0), (0, -3), textcoords="offset points",
+                  ha="center", va="top", color=look.NOTE_COLOUR, fontsize=look.SMALL_SIZE)  # fmt: skip
     axes.margins(0.12)

@@ -60,7 +60,7 @@ def draw_postures(
     deepest, margin = max(len(rows) for _, rows in groups), names / inches
     with look.applied_style():
         width, height = names + inches * ((count - 1) * step + 2 * end), inches * deepest * drop
-        figure = look.new_figure((width + 0.1) * len(groups), height + 0.2 + look.LEGEND_LINE)
+        figure = canvas.new_figure((width + 0.1) * len(groups), height + 0.2 + look.LEGEND_LINE)
         for number, (title, rows) in enumerate(groups):
             axes = figure.add_subplot(1, len(groups), number + 1)
             axes.set_axis_off()
@@ -82,13 +82,13 @@ def draw_postures(
                             colour=figure_look["colour"],
                             width=figure_look["width"],
                         )
-        handles = [
-            look.legend_handle(name, hex_colour(figure_look["colour"]), width=figure_look["width"])
+        entries = {
+            name: look.legend_handle(name, hex_colour(figure_look["colour"]), width=figure_look["width"])
             for name, figure_look in zip(("original", "reconstructed"), _LOOKS, strict=True)
-        ]
+        }
         if any(row.estimated is not None and row.estimated.any() for row in all_rows):
-            handles.append(look.ring_handle("joint that was not measured", RING_SIZE))
-        look.finish(figure, canvas, handles)
+            entries |= {(ring := "joint that was not measured"): look.ring_handle(ring, RING_SIZE)}
+        look.finish(figure, canvas, entries)
 
 
 def _centred(row: PostureRow) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Rows of skeletons: the central posture with all others over it, then some of the others one by one."""
+"""Rows of skeletons: the central posture, then the others one by one, each over the central one."""
 
 from __future__ import annotations
 
@@ -44,16 +44,15 @@ def draw_skeletons(
     )
     low, tops = min(0.0, bodies[..., 1].min()), bodies[..., 1].max(axis=(1, 2))
     left, right = bodies[..., 0].min(), bodies[..., 0].max()
-    count, step = 1 + len(rows[0].separate), 1.04 * (right - left)
+    count, step = bodies.shape[1], 1.04 * (right - left)
     # Inches per millimetre, the same for all skeletons.
     inches = min((look.PAGE_WIDTH - look.FRAME) / (count * step), _MAX_HEIGHT / (tops.max() - low))
     head, foot = 0.24 / inches, 0.03 / inches
     heights = inches * (tops + head - low + foot)
-    looks = (("original", look.BONE_WIDTHS["strong"]), ("reconstruction", look.BONE_WIDTHS["light"]))
-    (mean, strong), (sampled, light) = looks
+    looks = (("silver", look.BONE_WIDTHS["broad"]), ("reconstruction", look.BONE_WIDTHS["strong"]))
     with look.applied_style():
         width = max(inches * count * step + 2 * look.FRAME, _MIN_WIDTH)
-        figure = look.new_figure(width, heights.sum() + look.FRAME * len(rows) + look.LEGEND_LINE)
+        figure = canvas.new_figure(width, heights.sum() + look.FRAME * len(rows) + look.LEGEND_LINE)
         grid = figure.add_gridspec(len(rows), 1, height_ratios=heights)
         for number, (row, body, high) in enumerate(zip(rows, bodies, tops, strict=True)):
             axes = figure.add_subplot(grid[number])
@@ -64,16 +63,12 @@ def draw_skeletons(
             axes.text(left, high + head, row.label, va="top", fontsize=look.TITLE_SIZE)
             axes.axhline(0.0, color=hex_colour("reference"), linewidth=look.BONE_WIDTHS["ground"])
             shift = np.column_stack([step * np.arange(count), np.zeros(count)])[:, None]
-            add_bones(axes, body[1:], bones, colour=sampled, width=light)
-            add_bones(axes, body[:1] + shift[:1], bones, colour=mean, width=strong)
-            add_bones(axes, body[:1] + shift[1:], bones, colour="silver", width=look.BONE_WIDTHS["broad"])
-            samples = row.others[list(row.separate)] + shift[1:]
-            add_bones(axes, samples, bones, colour=sampled, width=strong)
-        kinds = [
-            *zip(legend, looks, strict=True),
-            (f"{legend[0]}, to compare", ("silver", look.BONE_WIDTHS["broad"])),
-        ]
-        handles = [
-            look.legend_handle(name, hex_colour(colour), width=thick) for name, (colour, thick) in kinds
-        ]
-        look.finish(figure, canvas, handles)
+            for bodies_of_row, (colour, thick) in zip(
+                (body[:1] + shift, body[1:] + shift[1:]), looks, strict=True
+            ):
+                add_bones(axes, bodies_of_row, bones, colour=colour, width=thick)
+        entries = {
+            name: look.legend_handle(name, hex_colour(colour), width=thick)
+            for name, (colour, thick) in zip(legend, looks, strict=True)
+        }
+        look.finish(figure, canvas, entries)

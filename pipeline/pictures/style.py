@@ -1,15 +1,17 @@
-"""Style of every printed picture: letters, line widths, sizes and resolution; also the legend and the two files.
+"""Style of every printed picture: letters, line widths, sizes and resolution; also the legend and the files.
 
 To change how pictures look, change this module; colours are those of `pipeline.palette`.
 """
 
 from __future__ import annotations
 
+import io
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cache
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -18,15 +20,20 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.legend_handler import HandlerTuple
 from matplotlib.lines import Line2D
 from matplotlib.textpath import text_to_path
 
 from pipeline.charts import Chart, Sheet
 from pipeline.palette import hex_colour
+from pipeline.validation import InvalidInput
 
 PNG_DPI = 200
 
-TITLE_SIZE, NOTE_SIZE, SMALL_SIZE = 9, 8, 7.5
+FAMILY = "system-ui, -apple-system, 'Segoe UI', Roboto, 'DejaVu Sans', sans-serif"
+"""Type family of vector pictures, that of the page.  They are laid out in DejaVu Sans, whose letters are wider."""
+
+TITLE_SIZE, NOTE_SIZE, SMALL_SIZE = 8, 7, 6.5
 """Letter sizes of titles, of notes inside the axes and of labels of small parts, points."""
 
 NOTE_COLOUR = "#404040"
@@ -72,8 +79,7 @@ TICK_STEPS = (1, 2, 5, 10)
 MATRIX_COLOURS = "viridis"
 
 STYLE: dict[Any, Any] = {
-    "font.family": "STIXGeneral",  # part of matplotlib, so every machine draws the same letters
-    "mathtext.fontset": "stix",
+    "font.family": "DejaVu Sans",  # part of matplotlib, so every machine draws the same letters
     "font.size": TITLE_SIZE,
     "axes.labelsize": TITLE_SIZE,
     "axes.titlesize": TITLE_SIZE,
@@ -101,13 +107,14 @@ STYLE: dict[Any, Any] = {
     "legend.handlelength": 2.4,
     "legend.columnspacing": 1.2,
     "svg.hashsalt": "gait",
-    "svg.fonttype": "path",
+    "svg.fonttype": "none",  # text as text
+    "pdf.fonttype": 42,  # the letters are embedded as TrueType
 }
 
 
 @dataclass(frozen=True)
 class Canvas:
-    """Files of a picture, ``path_stem.svg`` and ``path_stem.png``, and the charts of its figure.
+    """Files of a picture, ``path_stem.svg``, ``path_stem.png`` and others, and the charts of its figure.
 
     Attributes
     ----------
@@ -117,18 +124,54 @@ class Canvas:
     tables : mapping of str to table
         Tidy tables of the charts by name.
     caption : str
-        Description in the metadata of both files; it is not drawn.
+        Description in the metadata of the files; it is not drawn.
+    title : str
+        Title of the vector file for readers of screens.
+    formats : sequence of str
+        Suffixes of the files.
+    width_mm : float
+        Width of the picture; 0: as wide as its panels.
+    dpi : int
+        Resolution of raster files.
+    panels : sequence of str
+        Letters of the charts that are drawn; empty: all.
     """
 
     path_stem: Path
     sheet: Sheet = field(default_factory=Sheet)
     tables: Mapping[str, Any] = field(default_factory=dict)
     caption: str = ""
+    title: str = ""
+    formats: Sequence[str] = ("svg", "png")
+    width_mm: float = 0.0
+    dpi: int = PNG_DPI
+    panels: Sequence[str] = ()
+    after_layout: list[Callable[[], None]] = field(default_factory=list)
+    """Drawing that needs the positions of the axes."""
 
     @property
     def drawn(self) -> list[Chart]:
         """Charts that the picture shows."""
-        return [chart for chart in self.sheet.charts if chart.picture]
+        charts = [chart for chart in self.sheet.charts if chart.picture]
+        letters = [chr(ord("a") + number) for number in range(len(charts))]
+        if unknown := set(self.panels) - set(letters):
+            raise InvalidInput(
+                "the picture has no such panel", "figure.panels", ", ".join(letters), ", ".join(sorted(unknown)),
+                code="unknown_choice",
+            )  # fmt: skip
+        return [
+            chart
+            for letter, chart in zip(letters, charts, strict=True)
+            if not self.panels or letter in self.panels
+        ]
+
+    def new_figure(self, width: float, height: float) -> Figure:
+        """Return an empty figure, at most `MAX_WIDTH` wide or `width_mm`, sizes in inches; inside `applied_style`."""
+        wide = self.width_mm / 25.4 or min(width, MAX_WIDTH)
+        high = height * wide / width if self.width_mm else height
+        figure = Figure(figsize=(wide, high), dpi=PNG_DPI, layout="constrained")
+        FigureCanvasAgg(figure)
+        return figure
 
 
 @contextmanager
@@ -138,13 +181,6 @@ def applied_style() -> Iterator[None]:
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(STYLE)
         yield
-
-
-def new_figure(width: float, height: float) -> Figure:
-    """Return an empty figure of a width (at most `MAX_WIDTH`) and a height in inches; call inside `applied_style`."""
-    figure = Figure(figsize=(min(width, MAX_WIDTH), height), dpi=PNG_DPI, layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure
 
 
 def legend_handle(label: str, colour: str, *, line: Any = "-", width: float = LINE_WIDTH) -> Line2D:
@@ -162,35 +198,34 @@ def ring_handle(label: str, size: float) -> Line2D:
     )  # fmt: skip
 
 
-def _legend_above(figure: Figure, handles: Sequence[Line2D]) -> float:
+def _legend_above(figure: Figure, entries: Mapping[str, Any]) -> float:
     """Add a legend at the upper right of a figure; return its height in inches."""
-    entries = [
-        _width(str(h.get_label()), NOTE_SIZE) + NOTE_SIZE * (2.4 + 0.8 + 1.2) for h in handles
-    ]  # points
+    widths = [text_width(label, NOTE_SIZE) + NOTE_SIZE * (2.4 + 0.8 + 1.2) for label in entries]  # points
     room = 72 * figure.get_figwidth() - 8
-    columns = max(1, min(len(handles), int(room / max(entries))))
-    if sum(entries) < room:
-        columns = len(handles)
-    figure.legend(handles=list(handles), loc="upper right", ncols=columns, borderaxespad=0.2)
-    lines = -(-len(handles) // columns)
-    return LEGEND_LINE + (lines - 1) * 1.5 * NOTE_SIZE / 72
+    columns = len(entries) if sum(widths) < room else max(1, min(len(entries), int(room / max(widths))))
+    figure.legend(
+        handles=list(entries.values()), labels=list(entries), loc="upper right", ncols=columns, borderaxespad=0.2,
+        handler_map={tuple: HandlerTuple(ndivide=1, pad=0)},
+    )  # fmt: skip
+    lines = -(-len(entries) // columns)
+    return LEGEND_LINE + (lines - 1) * 1.65 * NOTE_SIZE / 72
 
 
-def finish(figure: Figure, canvas: Canvas, handles: Sequence[Line2D], *, room: bool = False) -> None:
-    """Add the legend above a figure and write ``.svg`` and ``.png``, with the same bytes for the same input.
+def finish(figure: Figure, canvas: Canvas, entries: Mapping[str, Any], *, room: bool = False) -> None:
+    """Add the legend above a figure and write its files, with the same bytes for the same input.
 
     Parameters
     ----------
     figure : Figure
     canvas : Canvas
-    handles : sequence of Line2D
-        Entries of the legend; without entries there is no legend.
+    entries : mapping of str to artist, or tuple of artists over one another
+        Entries of the legend by label; without entries there is no legend.
     room : bool
         Increase the figure's height by that of the legend.
     """
     engine = figure.get_layout_engine()
     assert isinstance(engine, ConstrainedLayoutEngine)
-    header = _legend_above(figure, handles) if handles else 0.0
+    header = _legend_above(figure, entries) if entries else 0.0
     # A legend with many lines must leave space for the axes.
     figure.set_figheight(max(figure.get_figheight() + header * room, 2.5 * header))
     engine.set(rect=(0, 0, 1, 1 - header / figure.get_figheight()))
@@ -202,17 +237,48 @@ def finish(figure: Figure, canvas: Canvas, handles: Sequence[Line2D], *, room: b
     for axes in figure.axes:
         left, low, wide, high = (round(float(side), 6) for side in axes.get_position(original=True).bounds)
         axes.set_position((left, low, wide, high))
-    # Files contain no dates or versions.  They get temporary names first, so that no reader sees half a figure.
-    for suffix, without in (("svg", ("Date", "Creator")), ("png", ("Software",))):
-        metadata = {"Description": canvas.caption or None} | dict.fromkeys(without)
-        stem = canvas.path_stem
-        partial = stem.with_name(f".{stem.name}.{os.getpid()}.part.{suffix}")
-        figure.savefig(partial, format=suffix, metadata=metadata, dpi=PNG_DPI)
-        partial.replace(stem.with_name(f"{stem.name}.{suffix}"))
+    for draw in canvas.after_layout:
+        draw()
+    for suffix in canvas.formats:
+        _write(figure, canvas, suffix)
+
+
+_WITHOUT = {"svg": ("Date", "Creator"), "png": ("Software",), "pdf": ("CreationDate", "Creator", "Producer")}
+"""Metadata with dates or versions, by format; files have none."""
+
+
+def _write(figure: Figure, canvas: Canvas, suffix: str) -> None:
+    """Write one file under a temporary name first, so that no reader sees half a figure."""
+    stem, content = canvas.path_stem, io.BytesIO()
+    caption = {"pdf": "Subject", "png": "Description"}.get(suffix)
+    metadata = {caption: canvas.caption} if caption and canvas.caption else {}
+    metadata |= dict.fromkeys(_WITHOUT[suffix])
+    figure.savefig(content, format=suffix, metadata=metadata, dpi=canvas.dpi)
+    written = content.getvalue()
+    if suffix == "svg":
+        text = written.decode().replace("'DejaVu Sans'", FAMILY)
+        start = text.index(">", text.index("<svg ")) + 1
+        words = f"<title>{escape(canvas.title or 'figure')}</title><desc>{escape(canvas.caption)}</desc>"
+        written = f'{text[: start - 1]} role="img">\n{words}{text[start:]}'.encode()
+    partial = stem.with_name(f".{stem.name}.{os.getpid()}.part.{suffix}")
+    partial.write_bytes(written)
+    partial.replace(stem.with_name(f"{stem.name}.{suffix}"))
+
+
+def wrapped(text: str, width: float, size: float = TITLE_SIZE) -> str:
+    """Return a text in lines that are at most `width` points wide, if its words allow."""
+    lines: list[str] = []
+    for word in text.split(" "):
+        longer = f"{lines[-1]} {word}" if lines else word
+        if lines and text_width(longer, size) <= width:
+            lines[-1] = longer
+        else:
+            lines.append(word)
+    return "\n".join(lines)
 
 
 @cache
-def _width(text: str, size: float) -> float:
+def text_width(text: str, size: float) -> float:
     """Return the width of a text in points, in the letters of the style."""
     font = FontProperties(family=STYLE["font.family"], size=size)
     return text_to_path.get_text_width_height_descent(text, font, ismath="$" in text)[0]

@@ -12,6 +12,7 @@ import numpy as np
 from pipeline import papers
 from pipeline.charts import Axis, Chart, Sheet
 from pipeline.core import camera, fourier
+from pipeline.core.choice import nearest_to_medians
 from pipeline.palette import Style
 from pipeline.papers import Agreement, Beyond
 from pipeline.pictures.charts import draw_charts
@@ -19,7 +20,7 @@ from pipeline.pictures.style import Canvas
 from pipeline.pictures.tallies import draw_tallies
 from pipeline.pictures.walking import draw_walking
 from pipeline.report.ledger_picture import name_of
-from pipeline.report.players import errors_of_walkers, nearest_to_medians
+from pipeline.report.players import errors_of_walkers
 from pipeline.report.published import Published, PublishedFigure
 from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput
@@ -102,13 +103,13 @@ def draw_first_screen(results: Published, recorded: Published, to: Path) -> list
         f"{FIGURE}, {recorded.data}: recorded walkers, leave-one-out; bands: 95 % intervals over people."
     )
     sheet = Sheet(charts=[curve], panel_size=(4.3, 2.45))
-    draw_charts(Canvas(to / "curve", sheet, {"table": table}, caption))
+    draw_charts(Canvas(to / "curve", sheet, {"table": table}, caption, "Error in depth by view angle"))
     caption = (
         f"Verdicts on numbers and sentences of the papers. Upper rows: recorded people ({recorded.data}); lower rows:"
         f" generated people ({results.data}). Baseline: a simpler method, fixed by rule; claims about data have none."
     )
     draw_tallies(
-        Canvas(to / "verdicts", caption=caption),
+        Canvas(to / "verdicts", caption=caption, title="Verdicts on the papers"),
         [
             (f"{name_of(paper)}, {words}", _counts(rows))
             for key, paper in papers.all_papers().items()
@@ -117,6 +118,7 @@ def draw_first_screen(results: Published, recorded: Published, to: Path) -> list
             if (rows := published_set.claims_of(paper=key))
         ],
         _ANSWERS,
+        hatched=[Agreement.DIFFERS],
         width=4.3,
     )
     for name in ("curve", "verdicts"):  # the vector files are small and sharp at any size

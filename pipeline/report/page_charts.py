@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.charts import Chart, Line, lines_of
+from pipeline.charts import Chart, Line, abscissa_limits, lines_of, ordinate_limits
 from pipeline.palette import colour_name
 from pipeline.report.published import PublishedFigure
 from pipeline.validation import InvalidInput
@@ -29,31 +29,34 @@ def charts_of(figure: PublishedFigure) -> list[dict[str, Any]]:
 
 
 def _plain(chart: Chart, tables: Mapping[str, Any]) -> dict[str, Any]:
-    series = [_series(chart, line) for line in lines_of(replace(chart, least=0.0), tables)]
+    drawn = lines_of(chart, tables)
     x_label, y_label = chart.axes
+    names = list(chart.abscissa.words.values())
     return {
         "title": chart.title,
+        "x": chart.x,
         "x_label": x_label,
         "y_label": ": ".join(filter(None, [chart.title, y_label])),
         "log_x": chart.abscissa.log,
         "log_y": chart.log_y,
         "zero": chart.zero,
         "least": chart.least or None,
-        "limits": chart.limits,
-        "names": list(chart.abscissa.words.values()) or None,
+        "limits": _short(np.array(ordinate_limits([(chart, drawn)]))),
+        "x_limits": None if names else _short(np.array(abscissa_limits(chart, drawn))),
+        "ticks": chart.abscissa.ticks,
+        "names": names or None,
         "references": [asdict(reference) for reference in chart.references],
-        "series": series,
+        "series": [_series(chart, line) for line in lines_of(replace(chart, least=0.0), tables)],
     }
 
 
 def _series(chart: Chart, line: Line) -> dict[str, Any]:
-    ends = [end for end in (line.interval, line.band) if end]
-    bands = {
-        name: _short(np.where(np.isfinite(ends[0][n]), ends[0][n], ends[-1][n]))
-        for n, name in enumerate(("lo", "hi"))
-        if ends
-    }
     style = line.style
+    ends = {
+        name: _short(end)
+        for names, pair in ((("lo", "hi"), line.interval), (("low", "high"), line.band))
+        for name, end in zip(names, pair or (), strict=bool(pair))
+    }
     return {
         "key": line.key,
         "name": "" if style.label == chart.y else style.label,
@@ -62,7 +65,7 @@ def _series(chart: Chart, line: Line) -> dict[str, Any]:
         "width": style.width,
         "x": _short(np.rint(line.x) if chart.abscissa.words else line.x),
         "y": _short(line.y),
-        **bands,
+        **ends,
     }
 
 
@@ -75,8 +78,9 @@ def _short(values: np.ndarray) -> list[float | int | None]:
 
 def _band_words(chart: Chart, tables: Mapping[str, Any], caption: str) -> str:
     """Return the meaning of the bands; for synthetic people it may be the range that the caption names."""
-    if isinstance(chart.table, str) and f"{chart.y}_low" in tables[chart.table]:
-        return f"bands: {_RANGE if _RANGE in caption else '95 % interval'}"
-    if not isinstance(chart.band, str):
-        return "bands: quartiles"
-    return "bands: ±1 standard deviation" if chart.band else ""
+    interval = isinstance(chart.table, str) and f"{chart.y}_low" in tables[chart.table]
+    spread = "" if not chart.band else "±1 standard deviation" if isinstance(chart.band, str) else "quartiles"
+    words = [spread and ("light " if interval else "") + f"bands: {spread}"]
+    if interval:
+        words.append(f"bands: {_RANGE if _RANGE in caption else '95 % interval'}")
+    return "; ".join(filter(None, words))

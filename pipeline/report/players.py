@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from pipeline import plugins
+from pipeline.core.choice import nearest_to_medians
 from pipeline.core.limb_chain import WALKER14
 from pipeline.core.reconstructibility import confidence_of_mirror_margin
 from pipeline.palette import CONFIDENCES
@@ -126,18 +127,6 @@ _AS_COMPUTED: Mapping[str, Any] = {
 def _horizontal(covariance: np.ndarray) -> np.ndarray:
     """Return the entries xx, xy and yy (R, 15, 3) of covariances (R, 15, 3, 3)."""
     return np.stack([covariance[..., 0, 0], covariance[..., 0, 1], covariance[..., 1, 1]], axis=-1)
-
-
-def nearest_to_medians(errors_of: Mapping[str, np.ndarray]) -> int:
-    """Return the number of the most typical walk: its errors (R,) are nearest to each method's median, by the ratio.
-
-    Examples
-    --------
-    >>> nearest_to_medians({"map": np.array([1.0, 2.0, 9.0]), "least_squares": np.array([8.0, 5.0, 4.0])})
-    1
-    """
-    off = sum(np.abs(np.log(error / np.median(error))) for error in errors_of.values())
-    return int(np.argmin(off))
 
 
 def errors_of_walkers(

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from pipeline import charts, papers, recordings
+from pipeline.ingestion.data import FolderData
 from pipeline.papers import Verdict
 from pipeline.stages import populations
 from pipeline.stages.artefacts import Stored
@@ -37,7 +38,7 @@ def run(
 ) -> list[Verdict]:
     """Publish the figure in `folder` and return the verdicts on the claims that need no other figure.
 
-    Writes ``table*.csv``, ``claims.csv``, ``table_ingest.csv``, ``figure.svg`` and ``.png``, ``recording*.rrd``,
+    Writes ``table*.csv``, ``claims.csv``, ``table_ingest.csv``, ``figure.svg`` and others, ``recording*.rrd``,
     ``arrays.npz`` and, last, ``manifest.json``.
 
     Parameters
@@ -82,12 +83,22 @@ def _publish(
         write_claims(publication.folder / "claims.csv", verdicts)
         (publication.folder / "arrays.npz").write_bytes(packed({**inputs.arrays, **figure.arrays(inputs)}))
         sheet = figure.charts(inputs, outputs).with_published(papers.published)
+        if figure.references is False or (
+            figure.references is None and isinstance(experiment.data, FolderData)
+        ):
+            sheet = sheet.without_published()
+        sheet = charts.with_shared_limits(sheet, outputs)
         caption = f"{inputs.caption} {sheet.caption}".strip()
         expect = filled_caption(experiment.expect, number_of_figure(experiment.name, judged_tables, measures))
         if figure.picture:
             from pipeline.pictures.picture import Picture
 
-            figure.draw(inputs, outputs, Picture(publication.folder / "figure", sheet, outputs, caption))
+            picture = Picture(
+                publication.folder / "figure", sheet, outputs, caption, title=experiment.title,
+                formats=[str(each) for each in figure.formats], width_mm=figure.width_mm, dpi=figure.dpi,
+                panels=figure.panels,
+            )  # fmt: skip
+            figure.draw(inputs, outputs, picture)
         if figure.recording and complete:
             begin = partial(
                 recordings.Recording, publication.folder / "recording.rrd", name=experiment.name, charts=sheet.charts,

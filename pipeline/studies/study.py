@@ -23,6 +23,7 @@ from abc import ABC, abstractmethod
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
+from enum import StrEnum
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Generic, Protocol, TypeAlias, TypeVar
@@ -34,7 +35,16 @@ from pipeline.clips.kinds import Corpus, Reducer
 from pipeline.clips.options import Data
 from pipeline.scenes import Columns, Notes, Rows
 from pipeline.seeding import derive_generator
-from pipeline.validation import Finite, InvalidInput, Options, Positive, require_bounds, require_range
+from pipeline.validation import (
+    Distinct,
+    Finite,
+    InvalidInput,
+    Options,
+    Positive,
+    bounded,
+    require_bounds,
+    require_range,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -271,6 +281,14 @@ class Traits:
     in_light_archives: bool = True
 
 
+class Format(StrEnum):
+    """Formats of a picture."""
+
+    svg = "svg"
+    png = "png"
+    pdf = "pdf"
+
+
 class Figure(Options, ABC):
     """Options of the figure stage: tables, picture and recordings.
 
@@ -284,12 +302,23 @@ class Figure(Options, ABC):
     traits: ClassVar[Traits] = Traits()
     """Properties of the figure: populations and timeline."""
 
-    picture: bool = True  # draw the PNG and the PDF
+    picture: bool = True  # draw the picture
     recording: bool = True  # write the Rerun recording
+    formats: Distinct[Format] = [Format.svg, Format.png]  # files of the picture
+    width_mm: Annotated[float, bounded(at_least=0, at_most=1000)] = (
+        0.0  # width of the picture; 0: that of its panels
+    )
+    dpi: Annotated[int, bounded(at_least=50, at_most=2400)] = 200  # resolution of the PNG
+    references: bool | None = (
+        None  # marks of values that the paper prints; null: except on the user's own files
+    )
+    panels: list[str] = []  # letters of the panels that are drawn; empty: all
 
     def validate(self, experiment: Any) -> None:
         """Validate the options, also against the rest of the experiment.  Raises InvalidInput if they do not fit."""
         require_bounds("figure", self)
+        if self.panels and type(self).draw is not Figure.draw:
+            raise InvalidInput("this picture has no panels to choose from", "figure.panels", code="no_panels")
 
     @abstractmethod
     def tables(self, inputs: Any) -> Tables:

@@ -1,5 +1,6 @@
 """Pictures of charts: two files, the same bytes every time, and nothing drawn from numbers that do not fit."""
 
+import re
 import xml.etree.ElementTree as ElementTree
 from dataclasses import replace
 from pathlib import Path
@@ -11,10 +12,11 @@ import pandas as pd
 import pytest
 from PIL import Image
 
+from pipeline import report
 from pipeline.charts import Axis, Chart, Lines, Reference, Sheet
 from pipeline.palette import COLOURS, Style, hex_colour
 from pipeline.pictures.charts import draw_charts
-from pipeline.pictures.style import PNG_DPI, STYLE, Canvas
+from pipeline.pictures.style import FAMILY, PNG_DPI, Canvas
 from tests.rejects import rejects
 
 X = np.arange(-90.0, 91.0)
@@ -112,8 +114,47 @@ def test_a_caption_is_the_description_of_both_files_and_not_drawn(tmp_path: Path
         assert picture.info["Description"] == CAPTION
 
 
-def test_letters_are_drawn_not_looked_up() -> None:
-    assert STYLE["svg.fonttype"] == "path"
+def test_text_is_text_in_the_family_of_the_page_with_a_title(tmp_path: Path) -> None:
+    draw_charts(Canvas(tmp_path / "a", Sheet(charts=[CHART]), caption="A < B", title="Errors & views"))
+    root = ElementTree.parse(tmp_path / "a.svg").getroot()
+    texts = [e for e in root.iter() if e.tag.endswith("}text")]
+    assert {"here", "half", "View angle (deg)", "Error (mm²)"} <= {
+        "".join(e.itertext()).strip() for e in texts
+    }
+    assert all(FAMILY in e.get("style", "") for e in texts)
+    assert [(e.tag.partition("}")[2], e.text) for e in root[:2]] == [
+        ("title", "Errors & views"),
+        ("desc", "A < B"),
+    ]
+    css = (Path(report.__file__).parent / "page" / "style.css").read_text(encoding="utf-8")
+    assert (
+        FAMILY.split(",")[:4]
+        == re.findall(r"font: 16px/1.5 ([^;]*);", css)[0].replace('"', "'").split(",")[:4]
+    )
+
+
+def test_a_journal_gets_its_width_its_formats_and_its_panels(tmp_path: Path) -> None:
+    sheet = Sheet(charts=[CHART, replace(CHART, label="Other")], columns=2)
+    canvas = Canvas(
+        tmp_path / "a", sheet, formats=["pdf", "svg", "png"], width_mm=85.0, dpi=600, panels=["b"]
+    )
+    draw_charts(canvas)
+    assert size_of_png(tmp_path / "a.png")[0] == int(85.0 / 25.4 * 600)
+    svg = (tmp_path / "a.svg").read_text(encoding="utf-8")
+    assert f'width="{85.0 / 25.4 * 72:.4f}'[:12] in svg
+    assert "Other (mm²)" in svg
+    assert "Error (mm²)" not in svg
+    pdf = (tmp_path / "a.pdf").read_bytes()
+    assert b"/FontFile2" in pdf, "the letters are embedded"
+    draw_charts(replace(canvas, path_stem=tmp_path / "b", after_layout=[]))
+    assert pdf == (tmp_path / "b.pdf").read_bytes()
+    with rejects("unknown_choice", "figure.panels"):
+        draw_charts(replace(canvas, panels=["c"]))
+
+
+def test_without_references_the_papers_marks_are_left_out_and_ours_stay() -> None:
+    sheet = Sheet(charts=[CHART]).without_published()
+    assert [r.label for r in sheet.charts[0].references] == ["here", "half", "rising"]
 
 
 # --- a tidy table -------------------------------------------------------------------------------------------
@@ -152,9 +193,9 @@ def test_names_on_the_abscissa_are_points_with_whiskers_side_by_side(tmp_path: P
     table = TABLE.assign(error_low=TABLE["error"] - 0.5, error_high=TABLE["error"] + 0.5)
     words = {"0": "front", "30": "oblique", "60": "side"}
     of_table(tmp_path / "a", replace(ERROR, abscissa=Axis(words=words)), table=table)
-    root = ElementTree.parse(tmp_path / "a.svg").getroot()
-    assert len([e for e in root.iter() if e.get("id", "").startswith("LineCollection")]) == 2
-    assert 'id="FillBetween' not in (tmp_path / "a.svg").read_text(encoding="utf-8")
+    drawn = (tmp_path / "a.svg").read_text(encoding="utf-8")
+    assert drawn.count('id="interval-') == 2
+    assert "FillBetween" not in drawn
 
 
 def test_charts_of_a_row_share_their_ordinate(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -168,7 +209,7 @@ def test_charts_of_a_row_share_their_ordinate(tmp_path: Path, monkeypatch: pytes
     for share_y in (False, True):
         of_table(tmp_path / "a", *charts, share_y=share_y, columns=2)
     low, high = (0.0, 1.05 * 3.0), (0.0, 1.05 * 6.0)
-    assert limits == [[low, high, low], [high, high, low]]
+    np.testing.assert_allclose(limits, [[low, high, low], [high, high, low]])
 
 
 @pytest.mark.parametrize("heights", [(2.5, 2.3), (6.0, 5.4)])
@@ -177,15 +218,15 @@ def test_words_of_neighbouring_references_do_not_overlap(
 ) -> None:
     boxes: list[Any] = []
 
-    def keep(figure: Any, *_: Any, **__: Any) -> None:
+    def keep(figure: Any, *_: Any) -> None:
         figure.draw_without_rendering()
-        boxes.extend(text.get_window_extent() for text in figure.axes[0].texts)
+        boxes[:] = [text.get_window_extent() for text in figure.axes[0].texts]
 
-    monkeypatch.setattr("pipeline.pictures.style.finish", keep)
+    monkeypatch.setattr("pipeline.pictures.style._write", keep)
     references = [Reference(y=y, label=name) for y, name in zip(heights, ("upper", "lower"), strict=True)]
     of_table(tmp_path / "a", replace(ERROR, references=references))
-    upper, lower = boxes
-    assert lower.y1 <= upper.y0
+    one, other = boxes
+    assert not one.overlaps(other)
 
 
 def test_an_interval_is_drawn_where_it_is_known_and_the_line_everywhere(tmp_path: Path) -> None:
@@ -198,7 +239,7 @@ def test_an_interval_is_drawn_where_it_is_known_and_the_line_everywhere(tmp_path
         width = np.where(unknown, np.nan, 0.5)
         table = TABLE.assign(error_low=TABLE["error"] - width, error_high=TABLE["error"] + width)
         of_table(tmp_path / name, ERROR, table=table)
-        drawn[name] = (tmp_path / f"{name}.svg").read_text(encoding="utf-8").count('id="FillBetween')
+        drawn[name] = (tmp_path / f"{name}.svg").read_text(encoding="utf-8").count('id="interval-')
     assert drawn == {"whole": 2, "part": 2, "none": 0}
 
 

@@ -19,7 +19,7 @@ LIMB = np.array([[0.0, 1700.0], [50.0, 900.0], [-200.0, 0.0]])
 POSTURES = PostureRow(
     label="0°", original=np.tile(LIMB, (5, 1, 1)), reconstructed=np.tile(LIMB + 20, (5, 1, 1))
 )
-SKELETONS = SkeletonRow(label="frame 1", centre=LIMB, others=np.tile(LIMB + 20, (4, 1, 1)), separate=(3, 1))
+SKELETONS = SkeletonRow(label="frame 1", centre=LIMB, others=np.tile(LIMB + 20, (4, 1, 1)))
 
 
 def segments(path: Path) -> int:
@@ -57,10 +57,10 @@ def test_joints_that_nobody_measured_are_rings(tmp_path: Path) -> None:
     assert white[0] - white[1] == count * kinds + legend
 
 
-def test_skeletons_stand_over_the_posture_that_they_vary(tmp_path: Path) -> None:
+def test_skeletons_are_drawn_one_by_one_over_the_posture_that_they_vary(tmp_path: Path) -> None:
     draw_skeletons(Canvas(tmp_path / "a"), [SKELETONS, SKELETONS], BONES, legend=("mean", "sample"))
-    rows, centres, others, again, ground = 2, 1, 4, 2 * 2, 1
-    assert segments(tmp_path / "a.svg") == rows * ((centres + others + again) * len(BONES) + ground)
+    rows, centres, others, ground = 2, 5, 4, 1
+    assert segments(tmp_path / "a.svg") == rows * ((centres + others) * len(BONES) + ground)
 
 
 def test_a_gap_is_not_drawn_in_silence(tmp_path: Path) -> None:

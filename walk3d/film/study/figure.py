@@ -11,13 +11,16 @@ from pipeline.charts import Axis, Chart, Lines, Reference, Sheet
 from pipeline.palette import Style
 from pipeline.studies.figure_inputs import tidy
 from pipeline.studies.replicated import OVER_PEOPLE
-from pipeline.studies.study import Tables
+from pipeline.studies.study import Picture, Tables
 from walk3d.film.study.headings import KeypointHeadings, KeypointLaboratories
 from walk3d.film.study.measured import ERRORS, LEVELS_PERCENT, VERDICTS
 from walk3d.film.study.shown import METHODS, Inputs, KeypointFigure
 from walk3d.film.study.tables import errors_by, views_by
 
 EVERYBODY = "everybody"
+
+MIN_ROWS = 3
+"""Smallest number of rows of the picture by laboratory: two laboratories, and all people."""
 
 
 class KeypointLaboratoriesFigure(KeypointFigure):
@@ -52,6 +55,10 @@ class KeypointLaboratoriesFigure(KeypointFigure):
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
         """Draw errors of joints and knees by laboratory, and coverage of 95 % bars as computed and calibrated."""
         words = {name: name.replace("_", " ") for name in tables["table"]["laboratory"]}
+        if len(words) < MIN_ROWS:
+            return Sheet(
+                caption="One laboratory: keypoints_headings shows its errors, and no picture is drawn."
+            )
         chart = partial(Chart, x="laboratory", abscissa=Axis(words=words))
         covered = partial(
             chart,
@@ -77,6 +84,15 @@ class KeypointLaboratoriesFigure(KeypointFigure):
             " laboratory is left out of the model and of the bars; of one laboratory, the person."
             f" Bands: {OVER_PEOPLE}.",
         )
+
+    def draw(self, inputs: Inputs, tables: Tables, picture: Picture) -> None:
+        """Draw the charts, if there are several laboratories."""
+        if picture.drawn:
+            picture.charts()
+
+    def draws_more_than(self, sheet: Sheet) -> bool:
+        """Return False: the page shows all charts."""
+        return False
 
 
 class KeypointHeadingsFigure(KeypointFigure):

@@ -21,11 +21,11 @@ from pipeline.validation import require_range
 MEAN_COLOUR, SAMPLE_COLOUR = "orange", "blue"
 """Colours of the mean performance and of accepted samples, in the recording."""
 
-VIEW_DEG = -55.0
-"""Three-quarter view of the picture, from the left."""
+SIDE_DEG, VIEW_DEG = -90.0, -55.0
+"""View of the picture, from the left, and of the recording, a three-quarter view from the left."""
 
-EXAMPLES = 4
-"""Number of samples of a frame that the picture shows one by one."""
+EXAMPLES = 7
+"""Largest number of samples of a frame in the picture."""
 
 SPACING_MM = 750.0
 """Distance between neighbours in the recording, in a row across this view."""
@@ -75,16 +75,15 @@ class PostureSamples(Figure):
             for row in accepted.itertuples()
         )
         return Sheet(
-            caption="Frames of the mean performance counted from one; body of mean limb lengths. Left: the mean"
-            " posture,"
-            f" {inputs.sweep.bodies.shape[1] - 1} accepted ones over one another; next to it those of them that are"
-            f" farthest from the mean posture and from each other. {_tails(tables)}"
+            caption="Frames of the mean performance counted from one; body of mean limb lengths, from its left. Light:"
+            f" the mean posture; over it, one by one, those of {inputs.sweep.bodies.shape[1] - 1} accepted postures"
+            f" that are farthest from it and from each other. {_tails(tables)}"
             f" Median of {accepted['draws'].iloc[0]} samples, mean"
             f" over joints: {measured}.",
         )
 
     def draw(self, inputs: Inputs, tables: Tables, picture: Picture) -> None:
-        """Draw two rows for each frame: the mean posture with samples, then those that differ most.
+        """Draw two rows for each frame: the mean posture, then the samples that differ most, from the side.
 
         Each coordinate drawn by itself; and together, from the full covariance of the frame.
         """
@@ -94,15 +93,14 @@ class PostureSamples(Figure):
             SkeletonRow(
                 label=f"({'abcdefgh'[n % 8]}) frame {frame}{words}",
                 centre=images[0],
-                others=images[1:],
-                separate=farthest_apart(body, EXAMPLES),
+                others=images[1:][farthest_apart(body, EXAMPLES)],
             )
             for n, (frame, words, body) in enumerate(
                 (frame, words, bodies[order[m]])
                 for m, frame in enumerate(frames)
                 for words, bodies in (("", inputs.sweep.bodies), (", together", inputs.sweep.bodies_together))
             )
-            for images in [camera.project(body, np.radians(VIEW_DEG))]
+            for images in [camera.project(body, np.radians(SIDE_DEG))]
         ]
         picture.skeletons(rows, WALKER15.bones, legend=("mean posture", "accepted by the action model"))
 

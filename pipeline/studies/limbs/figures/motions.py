@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from pipeline.charts import Axis, Chart, Lines, Reference, Sheet
+from pipeline.core.choice import nearest_to_medians
 from pipeline.core.limb_chain import WALKER14
 from pipeline.core.reconstructibility import confidence_of_mirror_margin
 from pipeline.palette import CONFIDENCES, Style, name_on_dark
@@ -52,7 +53,7 @@ class MotionsFigure(Figure):
 
     mirrors: bool = False  # show the reconstructions with mirrors of doubtful limbs tried
     instants: Count = 4  # number of instants of each motion that are drawn
-    shown: list[str] = [  # words of actions; the first clip of each is drawn
+    shown: list[str] = [  # words of actions; the first clip of each is recorded
         "dance", "jump", "cartwheel", "signals", "walk", "bending", "smooth angles",
     ]  # fmt: skip
 
@@ -87,7 +88,7 @@ class MotionsFigure(Figure):
         return {**further, **{name: tidy(rows, by=order) for name, rows in displayed.items()}}
 
     def chosen(self, inputs: Inputs) -> list[int]:
-        """Return the numbers of the drawn clips: the first clip for each word in `shown`, or clip 0 if none matches."""
+        """Return the numbers of the recorded clips: the first for each word in `shown`, or clip 0 if none matches."""
         actions = [str(action).lower() for action in inputs.dataset.action[self._of(inputs).stretch]]
         first_clips = [
             next((n for n, action in enumerate(actions) if word.lower() in action), None)
@@ -101,7 +102,14 @@ class MotionsFigure(Figure):
         table, steps = tables["table_clips"], tables["table_steps"]
         cameras = {str(name): Style(f"{name} camera", Camera(name).colour) for name in sweep.cameras}
         error: dict[str, Any] = {"y": "error_mm", "zero": True, "references": [PUBLISHED]}
-        mean = steps.groupby(["camera", "step"], as_index=False)["error_mm"].mean().assign(clip="all")
+        of_all = steps.groupby(["camera", "step"])["error_mm"].agg(["mean", "median"]).reset_index()
+        summaries = [
+            (
+                columns_of(of_all.rename(columns={how: "error_mm"}).assign(clip="all")),
+                Style(f"{how} of all clips", colour),
+            )
+            for how, colour in (("mean", "original"), ("median", "purple"))
+        ]
         charts = [
             Chart(
                 **error, table="table_clips", x="clip", abscissa=Axis(words={name: name for name in table["clip"]}),
@@ -111,13 +119,11 @@ class MotionsFigure(Figure):
                 Chart(
                     **error, table="table_steps", x="step", where={"camera": camera}, strands="clip", page=False,
                     abscissa=Axis(words={name: name for name in STEPS if name in set(steps["step"])}),
-                    title=style.label,
+                    title=f"{style.label}: better in {_better(steps, camera)}",
                     name=f"error_{camera}_mm", styles=Style("a clip", "silver", width=0.6),
                     also=[
-                        Lines(
-                            table=columns_of(mean), y="error_mm", where={"camera": camera}, strands="clip",
-                            styles=Style("mean of all clips", "original"),
-                        )
+                        Lines(table=summary, y="error_mm", where={"camera": camera}, strands="clip", styles=look)
+                        for summary, look in summaries
                     ],
                 )
                 for camera, style in cameras.items()
@@ -130,30 +136,36 @@ class MotionsFigure(Figure):
             caption=f"Lengths: {options.lengths}; root: {options.root.replace('_', ' ')}; noise of "
             f"the image {options.noise_px:g} px"
             + ("; knees and elbows flex one way" if options.use_hinges else "")
-            + f". One clip before the {sweep.cameras[0]} camera; shaded, what is seen from the middle of each path."
-            f" Below, mean error of the joints of {len(sweep.stretch)} clips, relative to the pelvis"
-            ". Published: of a video of HumanEva-II.",
+            + f". One clip before the {sweep.cameras[0]} camera: of all, its errors are nearest to the medians by their"
+            " ratios; shaded, what is seen from the middle of each path. Below, mean error of the joints of"
+            f" {len(sweep.stretch)} clips, relative to the pelvis; better: clips whose error the last step reduces."
+            " Published: of a video of HumanEva-II.",
         )
 
     def draw(self, inputs: Inputs, tables: Tables, picture: Picture) -> None:
-        """Draw one clip from the first camera, by step; the cameras from above; errors of all clips."""
-        sweep, n = self._of(inputs), self.chosen(inputs)[0]
+        """Draw the clip nearest to the medians from the first camera, by step; cameras from above; all errors."""
+        sweep = self._of(inputs)
+        first = tables["table_steps"].query("camera == @camera", local_dict={"camera": sweep.cameras[0]})
+        by_step = first.pivot(index="clip", columns="step", values="error_mm").loc[
+            inputs.dataset.clip[sweep.stretch]
+        ]
+        n = nearest_to_medians({step: by_step[step].to_numpy() for step in by_step})
+        of_clip, medians = by_step.iloc[n], by_step.median()
         middles = (np.arange(self.instants) + 0.5) * (sweep.truth.shape[1] - 1) / self.instants
         instants = np.unique(np.rint(middles).astype(int))
         truth, lengths = sweep.truth[n], inputs.dataset.lengths_mm[sweep.stretch[n]]
         compared = [baselines.hanging(truth[:, ROOT], lengths), inputs.sweep.as_chosen.positions[n, 0]]
         aside = sweep.azimuth_rad[n, 0] + ASIDE_RAD
-        of_clip = tables["table_steps"].set_index(["clip", "camera", "step"])["error_mm"]
-        of_clip = of_clip.loc[(inputs.dataset.clip[sweep.stretch[n]], sweep.cameras[0])]
         rows = [
             (
-                f"from its left: {step}, {of_clip[step]:.0f} mm",
+                f"from its left: {step}, {of_clip[step]:.0f} mm (median of {len(by_step)} clips:"
+                f" {medians[step]:.0f} mm)",
                 across(positions[instants], aside),
                 across(truth[instants], aside),
                 STEPS[step],
             )
             for step, positions in zip(STEPS, [*compared, sweep.positions[n, 0]], strict=True)
-            if step in of_clip.index
+            if step in by_step
         ]
         cameras = [
             (
@@ -246,6 +258,13 @@ def _from_above(matrix: np.ndarray, image: np.ndarray, truth: np.ndarray) -> tup
     depth = 1.15 * np.linalg.norm(truth[middle].mean(axis=0) - centre[middle])
     reached = centre[middle] + depth * rays / np.linalg.norm(rays, axis=1, keepdims=True)
     return centre[:, :2], np.stack([centre[middle], *reached])[:, :2]
+
+
+def _better(steps: pd.DataFrame, camera: str) -> str:
+    """Return the number of clips whose error from a camera the last step reduces, of how many."""
+    by_step = steps[steps["camera"] == camera].pivot(index="clip", columns="step", values="error_mm")
+    before, last = (by_step[step] for step in [step for step in STEPS if step in by_step][-2:])
+    return f"{(last < before).sum()} of {len(by_step)}"
 
 
 def _options(inputs: Inputs) -> MotionsSweep:
