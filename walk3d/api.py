@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import field
+from dataclasses import field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack, cast
 
 import numpy as np
 
@@ -16,8 +16,10 @@ from pipeline.core.linear_model import LinearModel
 from pipeline.shortened import shortened
 from pipeline.skeleton import WALKER15
 from pipeline.skeleton.recorded import MotionCapture
+from pipeline.skeleton.source_mapping import UpAxis
 from pipeline.storage.publishing import new_file
 from pipeline.validation import InvalidInput, require_choice, require_count, require_range
+from walk3d.anatomy.joint_angles import JOINT_ANGLES, SIDES, flexion
 from walk3d.anatomy.one_view import (
     NORMAL_95,
     Reconstruction,
@@ -68,8 +70,23 @@ class ShippedWalkers(LinearModel):
     share: float = field(kw_only=True)
 
 
+class _Known(TypedDict, total=False):
+    """Known facts about a film: fields of `walk3d.film.reconstruct.clip.Input`."""
+
+    frame_rate_hz: float
+    layout: str
+    frames: str
+    person: str
+    width: int
+    height: int
+    focal_px: float
+    stature_mm: float
+    least_confidence: float
+    labels: Literal["both", "as_given"]
+
+
 def reconstruct(
-    path: str | Path, *, model_folder: str | Path | None = None, **known: Any
+    path: str | Path, *, model_folder: str | Path | None = None, **known: Unpack[_Known]
 ) -> tuple[Walk, dict[str, Any]]:
     """Reconstruct the 3D walk of a person from a film, or from a file or folder of keypoints.
 
@@ -80,7 +97,7 @@ def reconstruct(
     model_folder : str or Path, optional
         Folder of a model that ``make model`` trained; by default the model of this package.
     **known
-        Known facts about the film: fields of `walk3d.film.reconstruct.clip.Input`, e.g. ``frame_rate_hz=30``.
+        Facts about the film: fields of `walk3d.film.reconstruct.clip.Input`, e.g. ``frame_rate_hz=30``.
 
     Returns
     -------
@@ -93,12 +110,13 @@ def reconstruct(
     InvalidInput
         If the input is unusable.
     """
-    from walk3d.film.reconstruct.clip import Input, reconstruct_clip
+    from walk3d.film.reconstruct.clip import Input, Labels, reconstruct_clip
     from walk3d.film.reconstruct.model_file import SHIPPED
     from walk3d.film.reconstruct.summary import summarise
     from walk3d.film.reconstruct.video import with_keypoints
 
-    options = Input(path=str(path), **known)
+    options = Input(path=str(path), **cast(dict[str, Any], known))
+    options = replace(options, labels=Labels(require_choice("labels", options.labels, [*Labels])))
     with with_keypoints(options) as keypoints:
         walk = reconstruct_clip(keypoints, Path(model_folder) if model_folder else SHIPPED)
     return walk, summarise(walk)
@@ -283,18 +301,49 @@ def walkers(
     )
 
 
+def angles(motion: MotionCapture, skeleton: str = "auto", subject: str = "") -> dict[str, np.ndarray]:
+    """Return the flexion (T,) of hips, knees, shoulders and elbows in degrees, by name, with the times ``time_s``.
+
+    Names are ``left_knee_deg``, …; a frame in which a joint is missing has no angle (NaN).  `joint_angles` explains
+    signs and zeros.  ``pandas.DataFrame(angles(motion))`` is a table.
+
+    Parameters
+    ----------
+    motion : MotionCapture
+        Recording from `pipeline.read`, or result of `pipeline.motion`.
+    skeleton, subject
+        Mapping to the joints and name of the person, as for `pipeline.joints`.
+
+    Raises
+    ------
+    InvalidInput
+        If `pipeline.joints` raises one.
+
+    Examples
+    --------
+    >>> [*angles(api.motion(walkers().mean.reshape(5, 15, 3), 0.9, 2))][:3]
+    ['time_s', 'left_hip_deg', 'right_hip_deg']
+    """
+    positions, valid = api.joints(motion, skeleton, subject)
+    degrees = np.degrees(flexion(np.where(valid[..., None], positions, np.nan)))
+    table = {"time_s": np.arange(len(degrees)) / motion.frame_rate_hz}
+    for kind, joint in enumerate(JOINT_ANGLES):
+        table |= {f"{side}_{joint}_deg": degrees[:, kind, number] for number, side in enumerate(SIDES)}
+    return table
+
+
 def write(motion: MotionCapture, path: str | Path, *, skeleton: str = "", replace: bool = False) -> Path:
     """Write a recording in the format of the file's suffix; return the path.
 
     Parameters
     ----------
     motion : MotionCapture
-        Recording from `pipeline.read`.
+        Recording from `pipeline.read`, or result of `pipeline.motion`.
     path : str or Path
         File to write: ``.c3d``, ``.trc``, ``.bvh``, ``.csv`` (a row for each frame and point) or ``.npz``.
     skeleton : str
         Empty: the points of the recording, in its axes.  Otherwise a mapping as in `pipeline.joints`: the joints, with
-        z up; TRC is then y up and x forward, BVH y up and z forward.
+        z up; TRC is then y up and x forward, BVH y up and z forward.  A motion from `pipeline.motion` has these joints.
     replace : bool
         Replace an existing file.
 
@@ -308,6 +357,8 @@ def write(motion: MotionCapture, path: str | Path, *, skeleton: str = "", replac
         raise InvalidInput(
             "must be what read(path) returns", "motion", received=repr(motion), code="wrong_type"
         )
+    if motion.names == WALKER15.joints and motion.up is UpAxis.z:
+        skeleton = skeleton or "walker15"
     target = Path(path)
     require_choice("the suffix of a motion file", target.suffix.lower(), WRITTEN)
     names, parents = motion.names, None
