@@ -28,7 +28,9 @@ from walk3d.anatomy.one_view import (
     learnt_prior,
     of_unknown_laboratory,
 )
-from walk3d.anatomy.prior import Prior, by_block
+from walk3d.anatomy.prior import by_block
+from walk3d.anatomy.prior.own_laboratory import OF_HEIGHT, Learnt, calibrated, scaled, truncated
+from walk3d.anatomy.prior.own_laboratory import height_mm as height_of
 from walk3d.export.motion import WRITTEN
 from walk3d.export.motion import Motion as Points
 from walk3d.export.motion import write as write_points
@@ -60,14 +62,14 @@ class ShippedWalkers(LinearModel):
 
     Attributes
     ----------
-    prior : Prior
+    learnt : Learnt
         Anatomical prior of the same people.
-    share : float
-        Share of the differences between laboratories that the model does not cover.
+    laboratory : sequence of (5, 15, 3)
+        Mean walk of each known person of the walker's laboratory, mm; see `calibrate`.
     """
 
-    prior: Prior = field(kw_only=True)
-    share: float = field(kw_only=True)
+    learnt: Learnt = field(kw_only=True)
+    laboratory: Sequence[np.ndarray] = field(default=(), kw_only=True)
 
 
 class _Known(TypedDict, total=False):
@@ -123,8 +125,8 @@ def reconstruct(
 
 
 def calibrate(
-    model: WalkersModel, walks: Sequence[FourierRepresentation], people: Sequence[str] = ()
-) -> CalibratedModel:
+    model: WalkersModel | ShippedWalkers, walks: Sequence[FourierRepresentation], people: Sequence[str] = ()
+) -> CalibratedModel | ShippedWalkers:
     """Return a model that is calibrated for another laboratory by a few of its walks in 3D.
 
     The walks show that laboratory's joint definitions and body sizes: their difference from the model's average walker,
@@ -132,8 +134,8 @@ def calibrate(
 
     Parameters
     ----------
-    model : WalkersModel
-        Model of other laboratories.
+    model : WalkersModel or ShippedWalkers
+        Model of other laboratories, from `fit` or `walkers`.
     walks : sequence of FourierRepresentation
     people : sequence of str
         Person of each walk; by default each walk is of a different person.
@@ -142,15 +144,15 @@ def calibrate(
     ------
     InvalidInput
         If `walks` is empty, the number of names differs, a walk is one of the model's or unfit for `from_view`, or the
-        model does not come from `fit`.
+        model does not come from `fit` or `walkers`.
     """
-    if not isinstance(model, WalkersModel):
+    if not isinstance(model, WalkersModel | ShippedWalkers):
         raise InvalidInput(
-            "must be what fit(walks) returns", "model", received=repr(model), code="wrong_type"
+            "must be what fit(walks) or walkers() returns", "model", received=repr(model), code="wrong_type"
         )
     if not walks:
         raise InvalidInput("needs at least one walk", "walks", received="none", code="no_walks")
-    if isinstance(model, CalibratedModel):
+    if len(getattr(model, "laboratory", ())):
         raise InvalidInput(
             "is calibrated already", "model", "what fit(walks) returns", code="calibrated_already"
         )
@@ -164,11 +166,15 @@ def calibrate(
             count=len(names),
         )
     for walk in walks:
-        require_other(model, walk)
+        sample_of(walk)
+        if isinstance(model, WalkersModel):
+            require_other(model, walk)
     of_person = [
         np.mean([walk.coefficients for walk, who in zip(walks, names, strict=True) if who == name], axis=0)
         for name in dict.fromkeys(names.tolist())
     ]
+    if isinstance(model, ShippedWalkers):
+        return replace(model, laboratory=tuple(of_person))
     return CalibratedModel(**vars(model), laboratory=tuple(of_person))
 
 
@@ -218,7 +224,8 @@ def from_view(
         model, walk, view_angle_deg, hidden=hidden, noise_variance_mm2=noise_variance_mm2
     )
     angle, hidden_joints = float(np.radians(view_angle_deg)), np.isin(WALKER15.joints, list(hidden))
-    if not (unknown or isinstance(model, CalibratedModel)):
+    laboratory_walks = getattr(model, "laboratory", ())
+    if not (unknown or len(laboratory_walks)):
         multipliers, walkers_left_out = np.full(len(WALKER15.joints), NORMAL_95), 0
         if isinstance(model, WalkersModel):
             multipliers, walkers_left_out = calibrated_multipliers(
@@ -226,13 +233,10 @@ def from_view(
             )
         covariance = covariance_of_map(model, angle, hidden_joints, noise_variance_mm2)
         return Reconstruction(walk_from_view, covariance, multipliers, walkers_left_out)
-    if isinstance(model, ShippedWalkers):
-        return of_unknown_laboratory(model.prior, walk.coefficients, angle, hidden_joints, share=model.share)
-    if not isinstance(model, WalkersModel):
+    if not isinstance(model, WalkersModel | ShippedWalkers):
         raise InvalidInput(
             "must be what fit(walks) or walkers() returns", "model", received=repr(model), code="wrong_type"
         )
-    laboratory_walks = getattr(model, "laboratory", ())
     if any(abs(each.ravel() - sample_of(walk)).max() < SAME_WALK_MM for each in laboratory_walks):
         raise InvalidInput(
             "must not contain the walk to reconstruct",
@@ -240,9 +244,16 @@ def from_view(
             received="a model with this walk",
             code="same_walk",
         )
-    return of_unknown_laboratory(
-        learnt_prior(model.samples), walk.coefficients, angle, hidden_joints, known=laboratory_walks
-    )
+    if isinstance(model, WalkersModel):
+        learnt = learnt_prior(model.samples)
+        return of_unknown_laboratory(learnt, walk.coefficients, angle, hidden_joints, known=laboratory_walks)
+    prior, share = model.learnt.prior, model.learnt.share
+    if len(laboratory_walks):
+        heights = [height_of(each) for each in laboratory_walks]
+        of_walker = heights if hidden_joints[list(OF_HEIGHT)].any() else [height_of(walk.coefficients)]
+        prior = calibrated(model.learnt, float(np.mean(of_walker)), laboratory_walks, heights)
+        share = 0.0
+    return of_unknown_laboratory(prior, walk.coefficients, angle, hidden_joints, share=share)
 
 
 def walkers(
@@ -277,27 +288,18 @@ def walkers(
 
     require_range("height_mm", height_mm, above=0, unit="mm")
     require_count("components", components, at_most=SIZE)
-    trained = load(Path(model_folder) if model_folder else SHIPPED)
-    model, square = trained.model, (height_mm / HEIGHT_MM) ** 2
-    mean = (height_mm / HEIGHT_MM) * model.mean[..., :BLOCKS]  # (15, 3, 5)
-    split = model.covariance.reshape(*model.mean.shape, *model.mean.shape)
-    covariance = square * split[:, :, :BLOCKS, :, :, :BLOCKS]
-    flat = covariance.transpose(2, 0, 1, 5, 3, 4).reshape(SIZE, SIZE)
+    learnt = load(Path(model_folder) if model_folder else SHIPPED).learnt
+    prior = scaled(truncated(learnt.prior, BLOCKS), height_mm / HEIGHT_MM)
+    flat = prior.covariance.transpose(2, 0, 1, 5, 3, 4).reshape(SIZE, SIZE)
     eigenvalues, vectors = np.linalg.eigh(flat)
     leading = vectors[:, ::-1].T[:components]
     largest = np.abs(leading).argmax(axis=1)
     return ShippedWalkers(
-        mean=by_block(mean).ravel(),
+        mean=by_block(prior.mean).ravel(),
         components=leading * np.sign(leading[np.arange(len(leading)), largest])[:, None],
         eigenvalues=eigenvalues[::-1][:components],
         total_variance=float(eigenvalues.sum()),
-        prior=Prior(
-            mean=mean,
-            covariance=covariance,
-            length_variance=square * model.bone_variance,
-            pair_variance=square * model.pair_variance,
-        ),
-        share=trained.unfamiliar,
+        learnt=replace(learnt, prior=prior),
     )
 
 
