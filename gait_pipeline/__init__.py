@@ -14,12 +14,23 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from pipeline import InvalidInput, fit, from_view, joints, read, represent, to_dataframe, to_xarray
+    from pipeline import (
+        InvalidInput,
+        fit,
+        from_view,
+        joints,
+        motion,
+        read,
+        represent,
+        to_dataframe,
+        to_xarray,
+    )
 
     __version__: str
 
 __all__ = [
-    "InvalidInput", "__version__", "fit", "from_view", "joints", "read", "represent", "to_dataframe", "to_xarray",
+    "InvalidInput", "__version__", "fit", "from_view", "joints", "motion", "read", "represent", "to_dataframe",
+    "to_xarray",
 ]  # fmt: skip
 
 _INIT = Path(__file__).resolve().parent.parent / "pipeline" / "__init__.py"

@@ -51,7 +51,7 @@ checks.  The parts of `core` and `studies` are ordered by subject and have no im
     synthetic/             synthetic people: walkers, bending, limbs
     clips/                 types of clips, without a reader: walks, performances, varied motion; their usable parts
     ingestion/             data sets and their recordings: the only package that uses formats, mappings and fetch
-    api                    the library: read, joints, represent, fit, from_view, to_dataframe, to_xarray
+    api                    the library: read, joints, represent, fit, from_view, motion, tables
     studies/               options, dataset, model, sweeps, figures and measures of each study
       study, experiment      base classes of the options; the experiment that a preset composes
       figure_inputs          inputs of a figure: experiment, clips, results of the stages
@@ -85,13 +85,14 @@ TYPE_CHECKING = False  # importing typing takes so long that Ctrl-C during it wo
 if TYPE_CHECKING:
     from typing import Any
 
-    from pipeline.api import fit, from_view, joints, read, represent, to_dataframe, to_xarray
+    from pipeline.api import fit, from_view, joints, motion, read, represent, to_dataframe, to_xarray
     from pipeline.validation import InvalidInput
 
     __version__: str
 
 __all__ = [
-    "InvalidInput", "__version__", "fit", "from_view", "joints", "read", "represent", "to_dataframe", "to_xarray",
+    "InvalidInput", "__version__", "fit", "from_view", "joints", "motion", "read", "represent", "to_dataframe",
+    "to_xarray",
 ]  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""Functions of the library: read recordings, represent walks, learn eigenwalkers, complete a view, export motion."""
+"""Functions of the library: read recordings, represent walks, learn eigenwalkers, complete views, synthesise motion."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from pipeline.skeleton.body import accepted
 from pipeline.skeleton.complaint import remarks_of
 from pipeline.skeleton.recorded import MotionCapture
 from pipeline.skeleton.source_mapping import UpAxis
-from pipeline.validation import InvalidInput, require_choice, require_range
+from pipeline.validation import InvalidInput, require_choice, require_finite, require_range, require_shape
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -88,7 +88,7 @@ def joints(
 
 
 def represent(
-    path: str | Path,
+    path: str | Path | MotionCapture,
     skeleton: str = mappings.AUTO,
     subject: str = "",
     *,
@@ -103,29 +103,33 @@ def represent(
 
     Parameters
     ----------
-    path : str or Path
+    path : str, Path or MotionCapture
+        File, or the recording that `read` or `motion` returned.
     skeleton : str
         Mapping, as for `joints`.
     subject : str
         Name of the person, for a file of several people.
     frame_rate_hz, units, up
-        Values that the file does not state, as for `read`.
+        Values that the file does not state, as for `read`; without effect on a recording that has been read.
 
     Raises
     ------
     InvalidInput
         If the recording cannot be read or contains no steady walk.
     """
-    motion = read(path, frame_rate_hz=frame_rate_hz, units=units, up=up)
+    if isinstance(path, MotionCapture):
+        motion, name = path, "motion"
+    else:
+        motion, name = read(path, frame_rate_hz=frame_rate_hz, units=units, up=up), Path(path).name
     motion, positions, valid = joints_of(motion, mappings.chosen(skeleton), subject)
-    walk = walk_in(Path(path).name, positions, motion.frame_rate_hz, valid, motion.up)
+    walk = walk_in(name, positions, motion.frame_rate_hz, valid, motion.up)
     if walk.positions is None:
         code, values = walk.row["code"], walk.row["values"]
-        raise InvalidInput(str(walk.row["reason"]), Path(path).name, code=code, **values)
+        raise InvalidInput(str(walk.row["reason"]), name, code=code, **values)
     doubts = [complaint.sentence for complaint in motion.complaints]
     doubts += remarks_of(EXCHANGED, motion.notes)
     for doubt in filter(None, (walk.row["reason"], *doubts)):
-        warnings.warn(f"{Path(path).name}: {doubt}", stacklevel=2)
+        warnings.warn(f"{name}: {doubt}", stacklevel=2)
     return fourier.represent(walking.set_origin(walk.positions, origin="pelvis_mean"), motion.frame_rate_hz)
 
 
@@ -211,6 +215,37 @@ def from_view(
     if isinstance(model, WalkersModel):
         require_other(model, walk)
     return complete_walk(model, sample, angle, visible, noise_variance=noise_variance_mm2)
+
+
+def motion(
+    coefficients: np.ndarray, frequency_hz: float, n_cycles: float = 3.0, frame_rate_hz: float = 100.0
+) -> MotionCapture:
+    """Return the motion of a Fourier representation, on the spot and along +y, z up.
+
+    Parameters
+    ----------
+    coefficients : (1 + 2H, 15, 3)
+        Result of `from_view`, or ``represent(path).coefficients``, mm.
+    frequency_hz : float
+        Stride frequency, e.g. ``represent(path).frequency_hz``.
+    n_cycles : float
+        Number of strides.
+    frame_rate_hz : float
+
+    Raises
+    ------
+    InvalidInput
+        If the coefficients have another shape, or there are fewer than two or more than a million frames.
+    """
+    w = require_finite("coefficients", require_shape("coefficients", coefficients, ("B", 15, 3)))
+    require_range("frequency_hz", frequency_hz, above=0)
+    require_range("n_cycles", n_cycles, above=0)
+    require_range("frame_rate_hz", frame_rate_hz, above=0)
+    seconds = n_cycles / frequency_hz
+    count = round(require_range("frames of the motion", seconds * frame_rate_hz, at_least=2, at_most=1e6))
+    positions = fourier.synthesise(w, frequency_hz, np.arange(count) / frame_rate_hz)
+    valid = np.ones(positions.shape[:2], bool)
+    return MotionCapture(WALKER15.joints, positions, valid, float(frame_rate_hz), "mm", up=UpAxis.z)
 
 
 def to_dataframe(

@@ -339,6 +339,12 @@ def methods_of_files(paths: Iterable[str]) -> list[str]:
     return [str(getattr(method, "name", method)) for method in methods]
 
 
+def priors() -> list[str]:
+    """Return the names of the methods that bring a model of other people, for ``model.prior=NAME``."""
+    methods = (method for _, method in contributions("methods"))
+    return [str(method.name) for method in methods if getattr(method, "of_other_people", False)]
+
+
 def conf_folders() -> tuple[Path, ...]:
     """Return the folders of options: ``conf``, then the folders of plug-ins."""
     return (CONF, *(each.plugin.conf for each in loaded() if each.plugin.conf))

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import importlib
 import inspect
+import json
 import os
+import re
 import subprocess
 import sys
 import tomllib
 import zipfile
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args, get_type_hints
 
 import numpy as np
 import pytest
@@ -19,18 +21,21 @@ import pytest
 import gait_pipeline
 import pipeline
 import walk3d
+import walk3d.api
 from pipeline import fit, joints, read, represent, to_dataframe, to_xarray
-from pipeline.core import camera, errors, fourier
+from pipeline.core import articulated_trajectory, camera, camera_paths, errors, fourier
 from pipeline.core.linear_model import LinearModel
 from pipeline.formats.points import trc
 from pipeline.skeleton import WALKER15
 from pipeline.skeleton.recorded import MotionCapture
-from pipeline.synthetic import walkers
+from pipeline.synthetic import limbs, walkers
 from tests.pages import blocks
 from tests.rejects import rejects
 from tests.wheels import build
 from walk3d import calibrate, from_view
+from walk3d.anatomy.joint_angles import flexion
 from walk3d.export.c3d import write as write_c3d
+from walk3d.film.reconstruct.clip import Input, Labels
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -132,10 +137,79 @@ def test_results_are_shown_in_a_line(motion: MotionCapture) -> None:
     assert "coefficients: (5, 15, 3), frequency_hz=" in repr(series)
 
 
+def test_a_result_of_park2011_is_shown_in_a_few_lines() -> None:
+    body = limbs.synthetic_body(np.random.default_rng(1), 40)
+    camera = camera_paths.around(40, target=body.root_mm, sweep_rad=1.0)
+    result = articulated_trajectory.reconstruct(
+        camera.project(body.positions_mm), camera, body.root_mm, body.lengths_mm, frame_rate_hz=30
+    )
+    for thing in (body, camera, result, *result.limbs.values(), result.refined):
+        assert len(repr(thing)) < 600, repr(thing)
+        assert "array(" not in repr(thing)
+
+
+def test_a_motion_goes_round(tmp_path: Path) -> None:
+    """Coefficients become a motion, a file, and the same coefficients again, and a player of the same numbers."""
+    output = walkers.walking_population(
+        np.random.default_rng(8), male=1, female=1, duration_s=4.0, frame_rate_hz=40.0
+    )
+    walk = fourier.represent(output.positions_mm[0], 40.0)
+    capture = pipeline.motion(walk.coefficients, walk.frequency_hz, n_cycles=4, frame_rate_hz=60)
+    assert capture.names == WALKER15.joints
+    assert len(capture.positions_mm) == round(4 / walk.frequency_hz * 60)
+    times = np.array([0.0, 1.0 / 60.0])
+    reference = fourier.synthesise(walk.coefficients, walk.frequency_hz, times)
+    np.testing.assert_allclose(capture.positions_mm[:2], reference)
+    for again in (represent(capture), represent(walk3d.write(capture, tmp_path / "walk.trc"))):
+        assert again.frequency_hz == pytest.approx(walk.frequency_hz, rel=1e-3)
+        centred = walk.coefficients.copy()
+        centred[0] -= centred[0, WALKER15.index("pelvis")]
+        assert np.abs(again.coefficients - centred).max() < 10.0
+    table = walk3d.angles(capture)
+    knee = np.degrees(flexion(capture.positions_mm)[:, 1, 0])
+    np.testing.assert_allclose(table["left_knee_deg"], knee)
+    assert table["time_s"][1] == pytest.approx(1 / 60)
+    lights = walk3d.pointlight(capture, view_angle_rad=np.pi / 2)
+    assert lights.positions.shape[1:] == (15, 2)
+    assert len(lights.positions) == round(60.0 / represent(capture).frequency_hz)
+    assert lights._repr_html_().startswith("<svg")
+    content = json.loads(re.search(r"} = (\{.*?\}), canvas", capture._repr_html_(), re.DOTALL)[1])  # type: ignore[index]
+    np.testing.assert_allclose(content["frames"][0], capture.positions_mm[0], atol=0.51)
+    assert [0, 1] in content["bones"] or [1, 0] in content["bones"]
+    with rejects("wrong_shape", "coefficients"):
+        pipeline.motion(walk.coefficients[:, :3], 1.0)
+    with rejects("out_of_range", "n_cycles"):
+        pipeline.motion(walk.coefficients, 1.0, n_cycles=0)
+
+
+def test_a_player_finds_the_axis_that_points_up() -> None:
+    """Two points, one a metre above the other along y; a missing point is marked."""
+    positions = np.zeros((3, 2, 3))
+    positions[:, 1] = [100.0, 1000.0, 200.0]
+    capture = MotionCapture(("a", "b"), positions, np.array([[1, 1], [1, 1], [1, 0]], bool), 50.0, "mm")
+    content = capture._repr_html_()
+    assert "[[0, 0, 0], [200, 100, 1000]]" in content
+    assert "[[0, 0, 0], [-1073741824, -1073741824, -1073741824]]" in content
+
+
+def test_the_typed_facts_about_a_film_are_the_options_of_its_input() -> None:
+    facts = get_type_hints(walk3d.api._Known)
+    options = {f.name: f.type for f in fields(Input) if f.name != "path"}
+    assert [*facts] == [*options]
+    assert {name: kind.__name__ for name, kind in facts.items() if name != "labels"} == {
+        name: str(kind) for name, kind in options.items() if name != "labels"
+    }
+    assert set(get_args(facts["labels"])) == {*Labels}
+    with rejects("unknown_choice", "labels", value="exchanged"):
+        walk3d.reconstruct("film.json", labels="exchanged")  # type: ignore[arg-type]
+
+
 def test_the_public_names() -> None:
-    names = "InvalidInput __version__ fit from_view joints read represent to_dataframe to_xarray"
+    names = "InvalidInput __version__ fit from_view joints motion read represent to_dataframe to_xarray"
     assert sorted(pipeline.__all__) == names.split()
-    assert walk3d.__all__ == ["calibrate", "from_view", "pointlight", "reconstruct", "walkers", "write"]
+    assert walk3d.__all__ == [
+        "angles", "calibrate", "from_view", "pointlight", "reconstruct", "walkers", "write",
+    ]  # fmt: skip
     for package in (pipeline, gait_pipeline, walk3d):
         assert all(getattr(package, name) is not None for name in package.__all__)
 
@@ -216,6 +290,11 @@ def test_the_ten_lines_of_the_readme(tmp_path: Path, monkeypatch: pytest.MonkeyP
     names: dict[str, object] = {}
     exec(compile(code, "README.md", "exec"), names)
     assert np.shape(names["coefficients"]) == (5, 15, 3)
+    again = read(tmp_path / "reconstructed.c3d")
+    walk = represent(tmp_path / "my_walks" / "p0.c3d")
+    assert len(again.positions_mm) == round(300.0 / walk.frequency_hz)
+    first = fourier.synthesise(names["coefficients"], walk.frequency_hz, np.zeros(1))
+    np.testing.assert_allclose(again.positions_mm[:1], first, atol=0.01)
 
 
 def test_numpy_is_not_loaded_before_somebody_asks() -> None:

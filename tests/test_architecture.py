@@ -107,10 +107,10 @@ LAYERS = {
     "walk3d.anatomy": f"{_GROUND} core clips studies",
     "walk3d.author": f"{_GROUND} core clips formats mappings ingestion studies walk3d.anatomy",
     "walk3d.export": f"{_GROUND} core formats mappings ingestion storage cli",
-    "walk3d.pointlight": f"{_GROUND} core synthetic storage pictures cli",
+    "walk3d.pointlight": f"{_GROUND} core api synthetic storage pictures cli",
     "walk3d.film": f"{_GROUND} core synthetic clips formats report storage papers pictures recordings studies cli"
     " walk3d.anatomy walk3d.export",
-    "walk3d.studies": "walk3d.anatomy walk3d.author walk3d.film",
+    "walk3d.studies walk3d.methods": "walk3d.anatomy walk3d.author walk3d.film",
     "walk3d.api": f"{_GROUND} core api storage walk3d.anatomy walk3d.export walk3d.film",
 }
 """Modules and packages from the ground up, and what each may import; those of one row do not know each other."""

@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from typing import Any
 
     from walk3d import pointlight
-    from walk3d.api import calibrate, from_view, reconstruct, walkers, write
+    from walk3d.api import angles, calibrate, from_view, reconstruct, walkers, write
 
-__all__ = ["calibrate", "from_view", "pointlight", "reconstruct", "walkers", "write"]
+__all__ = ["angles", "calibrate", "from_view", "pointlight", "reconstruct", "walkers", "write"]
 
 
 def __getattr__(name: str) -> Any:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import field
+from dataclasses import field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack, cast
 
 import numpy as np
 
@@ -16,8 +16,10 @@ from pipeline.core.linear_model import LinearModel
 from pipeline.shortened import shortened
 from pipeline.skeleton import WALKER15
 from pipeline.skeleton.recorded import MotionCapture
+from pipeline.skeleton.source_mapping import UpAxis
 from pipeline.storage.publishing import new_file
 from pipeline.validation import InvalidInput, require_choice, require_count, require_range
+from walk3d.anatomy.joint_angles import JOINT_ANGLES, SIDES, flexion
 from walk3d.anatomy.one_view import (
     NORMAL_95,
     Reconstruction,
@@ -26,7 +28,9 @@ from walk3d.anatomy.one_view import (
     learnt_prior,
     of_unknown_laboratory,
 )
-from walk3d.anatomy.prior import Prior, by_block
+from walk3d.anatomy.prior import by_block
+from walk3d.anatomy.prior.own_laboratory import OF_HEIGHT, Learnt, calibrated, scaled, truncated
+from walk3d.anatomy.prior.own_laboratory import height_mm as height_of
 from walk3d.export.motion import WRITTEN
 from walk3d.export.motion import Motion as Points
 from walk3d.export.motion import write as write_points
@@ -58,18 +62,33 @@ class ShippedWalkers(LinearModel):
 
     Attributes
     ----------
-    prior : Prior
+    learnt : Learnt
         Anatomical prior of the same people.
-    share : float
-        Share of the differences between laboratories that the model does not cover.
+    laboratory : sequence of (5, 15, 3)
+        Mean walk of each known person of the walker's laboratory, mm; see `calibrate`.
     """
 
-    prior: Prior = field(kw_only=True)
-    share: float = field(kw_only=True)
+    learnt: Learnt = field(kw_only=True)
+    laboratory: Sequence[np.ndarray] = field(default=(), kw_only=True)
+
+
+class _Known(TypedDict, total=False):
+    """Known facts about a film: fields of `walk3d.film.reconstruct.clip.Input`."""
+
+    frame_rate_hz: float
+    layout: str
+    frames: str
+    person: str
+    width: int
+    height: int
+    focal_px: float
+    stature_mm: float
+    least_confidence: float
+    labels: Literal["both", "as_given"]
 
 
 def reconstruct(
-    path: str | Path, *, model_folder: str | Path | None = None, **known: Any
+    path: str | Path, *, model_folder: str | Path | None = None, **known: Unpack[_Known]
 ) -> tuple[Walk, dict[str, Any]]:
     """Reconstruct the 3D walk of a person from a film, or from a file or folder of keypoints.
 
@@ -80,7 +99,7 @@ def reconstruct(
     model_folder : str or Path, optional
         Folder of a model that ``make model`` trained; by default the model of this package.
     **known
-        Known facts about the film: fields of `walk3d.film.reconstruct.clip.Input`, e.g. ``frame_rate_hz=30``.
+        Facts about the film: fields of `walk3d.film.reconstruct.clip.Input`, e.g. ``frame_rate_hz=30``.
 
     Returns
     -------
@@ -93,20 +112,21 @@ def reconstruct(
     InvalidInput
         If the input is unusable.
     """
-    from walk3d.film.reconstruct.clip import Input, reconstruct_clip
+    from walk3d.film.reconstruct.clip import Input, Labels, reconstruct_clip
     from walk3d.film.reconstruct.model_file import SHIPPED
     from walk3d.film.reconstruct.summary import summarise
     from walk3d.film.reconstruct.video import with_keypoints
 
-    options = Input(path=str(path), **known)
+    options = Input(path=str(path), **cast(dict[str, Any], known))
+    options = replace(options, labels=Labels(require_choice("labels", options.labels, [*Labels])))
     with with_keypoints(options) as keypoints:
         walk = reconstruct_clip(keypoints, Path(model_folder) if model_folder else SHIPPED)
     return walk, summarise(walk)
 
 
 def calibrate(
-    model: WalkersModel, walks: Sequence[FourierRepresentation], people: Sequence[str] = ()
-) -> CalibratedModel:
+    model: WalkersModel | ShippedWalkers, walks: Sequence[FourierRepresentation], people: Sequence[str] = ()
+) -> CalibratedModel | ShippedWalkers:
     """Return a model that is calibrated for another laboratory by a few of its walks in 3D.
 
     The walks show that laboratory's joint definitions and body sizes: their difference from the model's average walker,
@@ -114,8 +134,8 @@ def calibrate(
 
     Parameters
     ----------
-    model : WalkersModel
-        Model of other laboratories.
+    model : WalkersModel or ShippedWalkers
+        Model of other laboratories, from `fit` or `walkers`.
     walks : sequence of FourierRepresentation
     people : sequence of str
         Person of each walk; by default each walk is of a different person.
@@ -124,15 +144,15 @@ def calibrate(
     ------
     InvalidInput
         If `walks` is empty, the number of names differs, a walk is one of the model's or unfit for `from_view`, or the
-        model does not come from `fit`.
+        model does not come from `fit` or `walkers`.
     """
-    if not isinstance(model, WalkersModel):
+    if not isinstance(model, WalkersModel | ShippedWalkers):
         raise InvalidInput(
-            "must be what fit(walks) returns", "model", received=repr(model), code="wrong_type"
+            "must be what fit(walks) or walkers() returns", "model", received=repr(model), code="wrong_type"
         )
     if not walks:
         raise InvalidInput("needs at least one walk", "walks", received="none", code="no_walks")
-    if isinstance(model, CalibratedModel):
+    if len(getattr(model, "laboratory", ())):
         raise InvalidInput(
             "is calibrated already", "model", "what fit(walks) returns", code="calibrated_already"
         )
@@ -146,11 +166,15 @@ def calibrate(
             count=len(names),
         )
     for walk in walks:
-        require_other(model, walk)
+        sample_of(walk)
+        if isinstance(model, WalkersModel):
+            require_other(model, walk)
     of_person = [
         np.mean([walk.coefficients for walk, who in zip(walks, names, strict=True) if who == name], axis=0)
         for name in dict.fromkeys(names.tolist())
     ]
+    if isinstance(model, ShippedWalkers):
+        return replace(model, laboratory=tuple(of_person))
     return CalibratedModel(**vars(model), laboratory=tuple(of_person))
 
 
@@ -200,7 +224,8 @@ def from_view(
         model, walk, view_angle_deg, hidden=hidden, noise_variance_mm2=noise_variance_mm2
     )
     angle, hidden_joints = float(np.radians(view_angle_deg)), np.isin(WALKER15.joints, list(hidden))
-    if not (unknown or isinstance(model, CalibratedModel)):
+    laboratory_walks = getattr(model, "laboratory", ())
+    if not (unknown or len(laboratory_walks)):
         multipliers, walkers_left_out = np.full(len(WALKER15.joints), NORMAL_95), 0
         if isinstance(model, WalkersModel):
             multipliers, walkers_left_out = calibrated_multipliers(
@@ -208,13 +233,10 @@ def from_view(
             )
         covariance = covariance_of_map(model, angle, hidden_joints, noise_variance_mm2)
         return Reconstruction(walk_from_view, covariance, multipliers, walkers_left_out)
-    if isinstance(model, ShippedWalkers):
-        return of_unknown_laboratory(model.prior, walk.coefficients, angle, hidden_joints, share=model.share)
-    if not isinstance(model, WalkersModel):
+    if not isinstance(model, WalkersModel | ShippedWalkers):
         raise InvalidInput(
             "must be what fit(walks) or walkers() returns", "model", received=repr(model), code="wrong_type"
         )
-    laboratory_walks = getattr(model, "laboratory", ())
     if any(abs(each.ravel() - sample_of(walk)).max() < SAME_WALK_MM for each in laboratory_walks):
         raise InvalidInput(
             "must not contain the walk to reconstruct",
@@ -222,9 +244,16 @@ def from_view(
             received="a model with this walk",
             code="same_walk",
         )
-    return of_unknown_laboratory(
-        learnt_prior(model.samples), walk.coefficients, angle, hidden_joints, known=laboratory_walks
-    )
+    if isinstance(model, WalkersModel):
+        learnt = learnt_prior(model.samples)
+        return of_unknown_laboratory(learnt, walk.coefficients, angle, hidden_joints, known=laboratory_walks)
+    prior, share = model.learnt.prior, model.learnt.share
+    if len(laboratory_walks):
+        heights = [height_of(each) for each in laboratory_walks]
+        of_walker = heights if hidden_joints[list(OF_HEIGHT)].any() else [height_of(walk.coefficients)]
+        prior = calibrated(model.learnt, float(np.mean(of_walker)), laboratory_walks, heights)
+        share = 0.0
+    return of_unknown_laboratory(prior, walk.coefficients, angle, hidden_joints, share=share)
 
 
 def walkers(
@@ -259,28 +288,50 @@ def walkers(
 
     require_range("height_mm", height_mm, above=0, unit="mm")
     require_count("components", components, at_most=SIZE)
-    trained = load(Path(model_folder) if model_folder else SHIPPED)
-    model, square = trained.model, (height_mm / HEIGHT_MM) ** 2
-    mean = (height_mm / HEIGHT_MM) * model.mean[..., :BLOCKS]  # (15, 3, 5)
-    split = model.covariance.reshape(*model.mean.shape, *model.mean.shape)
-    covariance = square * split[:, :, :BLOCKS, :, :, :BLOCKS]
-    flat = covariance.transpose(2, 0, 1, 5, 3, 4).reshape(SIZE, SIZE)
+    learnt = load(Path(model_folder) if model_folder else SHIPPED).learnt
+    prior = scaled(truncated(learnt.prior, BLOCKS), height_mm / HEIGHT_MM)
+    flat = prior.covariance.transpose(2, 0, 1, 5, 3, 4).reshape(SIZE, SIZE)
     eigenvalues, vectors = np.linalg.eigh(flat)
     leading = vectors[:, ::-1].T[:components]
     largest = np.abs(leading).argmax(axis=1)
     return ShippedWalkers(
-        mean=by_block(mean).ravel(),
+        mean=by_block(prior.mean).ravel(),
         components=leading * np.sign(leading[np.arange(len(leading)), largest])[:, None],
         eigenvalues=eigenvalues[::-1][:components],
         total_variance=float(eigenvalues.sum()),
-        prior=Prior(
-            mean=mean,
-            covariance=covariance,
-            length_variance=square * model.bone_variance,
-            pair_variance=square * model.pair_variance,
-        ),
-        share=trained.unfamiliar,
+        learnt=replace(learnt, prior=prior),
     )
+
+
+def angles(motion: MotionCapture, skeleton: str = "auto", subject: str = "") -> dict[str, np.ndarray]:
+    """Return the flexion (T,) of hips, knees, shoulders and elbows in degrees, by name, with the times ``time_s``.
+
+    Names are ``left_knee_deg``, …; a frame in which a joint is missing has no angle (NaN).  `joint_angles` explains
+    signs and zeros.  ``pandas.DataFrame(angles(motion))`` is a table.
+
+    Parameters
+    ----------
+    motion : MotionCapture
+        Recording from `pipeline.read`, or result of `pipeline.motion`.
+    skeleton, subject
+        Mapping to the joints and name of the person, as for `pipeline.joints`.
+
+    Raises
+    ------
+    InvalidInput
+        If `pipeline.joints` raises one.
+
+    Examples
+    --------
+    >>> [*angles(api.motion(walkers().mean.reshape(5, 15, 3), 0.9, 2))][:3]
+    ['time_s', 'left_hip_deg', 'right_hip_deg']
+    """
+    positions, valid = api.joints(motion, skeleton, subject)
+    degrees = np.degrees(flexion(np.where(valid[..., None], positions, np.nan)))
+    table = {"time_s": np.arange(len(degrees)) / motion.frame_rate_hz}
+    for kind, joint in enumerate(JOINT_ANGLES):
+        table |= {f"{side}_{joint}_deg": degrees[:, kind, number] for number, side in enumerate(SIDES)}
+    return table
 
 
 def write(motion: MotionCapture, path: str | Path, *, skeleton: str = "", replace: bool = False) -> Path:
@@ -289,12 +340,12 @@ def write(motion: MotionCapture, path: str | Path, *, skeleton: str = "", replac
     Parameters
     ----------
     motion : MotionCapture
-        Recording from `pipeline.read`.
+        Recording from `pipeline.read`, or result of `pipeline.motion`.
     path : str or Path
         File to write: ``.c3d``, ``.trc``, ``.bvh``, ``.csv`` (a row for each frame and point) or ``.npz``.
     skeleton : str
         Empty: the points of the recording, in its axes.  Otherwise a mapping as in `pipeline.joints`: the joints, with
-        z up; TRC is then y up and x forward, BVH y up and z forward.
+        z up; TRC is then y up and x forward, BVH y up and z forward.  A motion from `pipeline.motion` has these joints.
     replace : bool
         Replace an existing file.
 
@@ -308,6 +359,8 @@ def write(motion: MotionCapture, path: str | Path, *, skeleton: str = "", replac
         raise InvalidInput(
             "must be what read(path) returns", "motion", received=repr(motion), code="wrong_type"
         )
+    if motion.names == WALKER15.joints and motion.up is UpAxis.z:
+        skeleton = skeleton or "walker15"
     target = Path(path)
     require_choice("the suffix of a motion file", target.suffix.lower(), WRITTEN)
     names, parents = motion.names, None

@@ -10,7 +10,7 @@ _FOLDER = Path(__file__).parent
 
 PLUGIN = Plugin(
     conf=_FOLDER / "conf",
-    methods="walk3d.anatomy.method:METHODS",
+    methods="walk3d.methods:METHODS",
     studies="walk3d.studies:STUDIES",
     commands={
         "reconstruct": "walk3d.film.command:reconstruct",

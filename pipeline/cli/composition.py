@@ -38,7 +38,7 @@ from pipeline.cli.presets import presets, split_named
 from pipeline.ingestion.data import DATA_SETS
 from pipeline.studies import registry
 from pipeline.studies.experiment import Experiment, Scale
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, require_choice
 
 _BY_SCALE = "by_scale"
 """Name of the resolver for options that state a value for each scale."""
@@ -160,8 +160,11 @@ def _typed(composed: Any, overrides: Sequence[str]) -> Experiment:
     OmegaConf.resolve(composed)
     experiment: Experiment = OmegaConf.to_object(composed)  # type: ignore[assignment]
     _reject_additions(experiment, "")
+    prior = getattr(experiment.model, "prior", "")
+    names = [require_choice("model.prior", prior, plugins.priors())] if prior else []
     if not any(item.startswith("sweep.methods") for item in overrides):
-        names = plugins.methods_of_files(experiment.plugins)
+        names += plugins.methods_of_files(experiment.plugins)
+    if names:
         experiment.sweep = experiment.sweep.with_methods(names)
         if left_out := [name for name in names if name not in getattr(experiment.sweep, "methods", [])]:
             print(f"{experiment.name} cannot compare the methods {', '.join(left_out)}", file=sys.stderr)

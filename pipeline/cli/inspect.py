@@ -18,7 +18,7 @@ from pipeline.ingestion import joints, nearest_joints
 from pipeline.ingestion.corpus import static_trials
 from pipeline.ingestion.data import BY_FOLDER, WHOSE, FolderData
 from pipeline.ingestion.joints import joints_of
-from pipeline.skeleton.body import check
+from pipeline.skeleton.body import check, unit_of_leg
 from pipeline.skeleton.mapped_joints import plain_name, up_axis
 from pipeline.skeleton.recorded import MotionCapture
 from pipeline.skeleton.source_mapping import SourceMapping, UpAxis
@@ -122,13 +122,14 @@ def inspect(arguments: Sequence[str]) -> Iterator[Findings]:
         findings.lines += _of_file(motion, path.suffix)
         try:
             motion = _one_person(motion, candidates, options.subject, findings)
-            noted = len(motion.notes)
+            noted, had_static = len(motion.notes), bool(options.static)
             if static := options.static:
                 posture = joints.standing(Path(static), **stated)
                 motion = joints.carry(motion, posture, Path(static).name, candidates)
             else:
                 motion = joints.completed(motion, candidates, statics[path], **stated)
             findings.lines += motion.notes[noted:]
+            had_static = had_static or len(motion.notes) > noted
             fit = mappings.suggest(motion, candidates)
         except InvalidInput as refusal:
             findings.lines.append(f"cannot be used: {refusal}")
@@ -140,10 +141,12 @@ def inspect(arguments: Sequence[str]) -> Iterator[Findings]:
         if fit.usable:
             _of_walk(motion, fit, path, options, findings)
         else:
-            findings.lines += _of_no_mapping(motion, fit, path)
+            findings.lines += _of_no_mapping(motion, fit, path, had_static=had_static)
             findings.refusal = "no mapping fits"
         if target := options.write:
             _write(motion, Path(target), path, findings, replace=options.replace)
+        elif not fit.usable and options.skeleton:
+            findings.lines.append(f"complete the rules of {options.skeleton}: it needs {listed(fit.lacking)}")
         elif not fit.usable:
             findings.lines.append(f"next: {_again(path, 'write=my_lab.yaml')}")
         yield findings
@@ -168,14 +171,15 @@ def _person(name: str, pattern: str = FolderData.person) -> str:
     return match[1] if match else name
 
 
-def _of_no_mapping(motion: MotionCapture, fit: mappings.Fit, path: Path) -> list[str]:
+def _of_no_mapping(motion: MotionCapture, fit: mappings.Fit, path: Path, *, had_static: bool) -> list[str]:
     """Return lines for a recording without a fitting mapping: the nearest mapping, and markers that are no joints."""
     lines = ["no mapping fits"]
     if fit.points:
         lacking = listed(fit.lacking)
         lines[0] += f"; the nearest is {fit.mapping.name}, which also needs: {lacking}"
     clusters = joints.technical_clusters(motion)
-    if len({plain_name(motion.names[group[0]])[0] for group in clusters}) == 2:  # on both sides
+    on_both_sides = len({plain_name(motion.names[group[0]])[0] for group in clusters}) == 2
+    if on_both_sides and not had_static:
         names = "; ".join(", ".join(motion.names[k] for k in group) for group in clusters[:4])
         lines += [
             f"marker clusters that move rigidly with a segment and mark no joint: {names}"
@@ -296,7 +300,7 @@ def _of_walk(
         ]
         findings.lines.append(f"not usable as a walk: {reason}")
         findings.refusal = f"not a walk: {_in_words(code)}"
-        findings.lines.append(f"next: {_after_refusal(code, values, path, options, run)}")
+        findings.lines.append(f"next: {_after_refusal(code, values, path, read.units, run)}")
         return
     findings.strides = walk.row["strides"]
     findings.lines.append(
@@ -323,15 +327,11 @@ def _again(path: Path, option: str = "") -> str:
     return f"python -m pipeline inspect {shlex.quote(str(path))} {option}".rstrip()
 
 
-def _after_refusal(code: str, values: dict[str, Any], path: Path, options: Inspect, run: str) -> str:
+def _after_refusal(code: str, values: dict[str, Any], path: Path, units: str, run: str) -> str:
     """Return the next command or advice for a recording that is not a walk."""
-    if code == "unit" and options.units:
-        return f"{_again(path)}   (without units={options.units})"
-    if code == "unit":
-        unit = values["unit"]
-        option = f"units={unit or 'm (or cm, in …)'}"
-        again = f"{_again(path, option)}   (data.units= in runs)"
-        if path.suffix.lower() in (".csv", ".trc") and not unit:
+    if code == "unit" and (unit := unit_of_leg(values["leg_mm"] / formats.millimetres_in(units, path.name))):
+        again = f"{_again(path, f'units={unit}')}   (data.units= in runs)"
+        if path.suffix.lower() in (".csv", ".trc") and "/" in unit:
             again += (
                 f"; keypoints of a video: python -m pipeline reconstruct input.path={shlex.quote(str(path))}"
             )
@@ -350,7 +350,8 @@ def _write(motion: MotionCapture, target: Path, source: Path, findings: Findings
     findings.lines.append(
         f"wrote {target}: {len(proposal.guessed)} of 15 joints, guessed from names and an average walker"
     )
-    findings.lines.append(f"next: check the proposal, then use skeleton={shlex.quote(str(target))}")
+    again = _again(source, f"skeleton={shlex.quote(str(target))}")
+    findings.lines.append(f"next: {again}   (check the proposal first)")
 
 
 def look(arguments: Sequence[str]) -> int:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from pipeline import plugins
 from pipeline.storage import tables
 
 MEASURES = {
@@ -14,6 +15,8 @@ MEASURES = {
 }
 """Error columns of ``table.csv`` with a value for each method: quantity and unit by column."""
 _WORDS = {"map": "MAP"}
+FEW_PEOPLE = 20
+"""Number of people below which a model of other people is offered."""
 
 
 def own_result(folder: Path) -> str:
@@ -32,6 +35,9 @@ def own_result(folder: Path) -> str:
     parts = [f"{_WORDS.get(name, name.replace('_', ' '))} {means[name]:.3g}{unit}" for name in ordered]
     clips = tables.read(folder / "table_ingest.csv")
     people = set(clips["person"][clips["verdict"] == "kept"].tolist()) if "person" in clips else set()
-    return f"{folder.name}: error of {quantity}: {', '.join(parts)}" + (
+    line = f"{folder.name}: error of {quantity}: {', '.join(parts)}" + (
         f"; {len(people)} people" if people else ""
     )
+    if 0 < len(people) < FEW_PEOPLE and (priors := [name for name in plugins.priors() if name not in means]):
+        line += f" (few to learn from: model.prior={priors[0]} adds a model of other people)"
+    return line

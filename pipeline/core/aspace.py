@@ -12,15 +12,15 @@ The linear model is that of the eigenwalkers; only what is a sample differs: a p
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from pipeline.core import linear_model
+from pipeline.shortened import shortened
 from pipeline.validation import InvalidInput, require_count, require_range, require_shape
 
 
-@dataclass(frozen=True)
+@shortened
 class ASpace:
     """Low-dimensional space of the postures of one action, with the projection and its inverse [mozerov2006 5].
 

@@ -12,17 +12,16 @@ What stands behind the camera has no image: its pixels are NaN, never the mirror
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from pipeline.shortened import shortened
 from pipeline.validation import InvalidInput, require_shape
 
 _ROUNDING = 1e-6
 """Tolerance of R R^T against the identity: rotations come from files with seven digits."""
 
 
-@dataclass(frozen=True)
+@shortened
 class Pinhole:
     """Perspective camera, for all frames or for each of F frames; NaN marks frames with an unknown camera.
 

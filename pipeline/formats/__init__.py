@@ -4,8 +4,8 @@ Contract
 --------
 Every reader is called by `read_one` as `read(path, frame_rate_hz=…, units=…)` and returns a
 `pipeline.skeleton.recorded.MotionCapture`: positions in millimetres, in the
-axes of the file, NaN where a point was not measured.  The two options replace what a file does not state; the
-docstring of each reader gives their effect.  A file that is damaged, contradicts itself or exceeds its memory budget
+axes of the file, NaN where a point was not measured.  The two options are used if a file does not state a value; `read`
+also replaces a value that the file states.  A file that is damaged, contradicts itself or exceeds its memory budget
 raises `InvalidInput` with the file and the line or byte.  Odd but readable content is listed in `notes`.
 """
 
@@ -19,7 +19,7 @@ from pipeline.formats import acclaim, arrays, bvh, c3d, fourier_walks, mvnx
 from pipeline.formats.budget import read_one
 from pipeline.formats.contract import Reader, damaged
 from pipeline.formats.points import csv, trc
-from pipeline.formats.text import millimetres_in
+from pipeline.formats.text import millimetres_in as millimetres_in
 from pipeline.skeleton.recorded import MotionCapture
 from pipeline.skeleton.source_mapping import UpAxis
 from pipeline.validation import require_choice, require_range
@@ -114,9 +114,10 @@ def read(
     ----------
     path : str or Path
     frame_rate_hz : float, optional
-        Frames per second (Hz), for a file that does not state it.
+        Frames per second (Hz).  If the file states another rate, it is replaced, with a note.
     units : str, optional
-        Unit of length, for a file that does not state it: ``"mm"``, ``"cm"``, ``"m"``, ``"in/0.45"``…
+        Unit of length: ``"mm"``, ``"cm"``, ``"m"``, ``"in/0.45"``…  If the file states another one, it is replaced,
+        with a note.
     up : str
         Axis of the file that points up: ``"x"``, ``"-x"``, ``"y"``…  ``"auto"`` infers it from the upright body.
         The positions are not rotated.
@@ -148,9 +149,14 @@ def read(
     motion = read_one(path, READERS[suffix], frame_rate_hz=frame_rate_hz, units=units)
     notes, rate = list(motion.notes), motion.frame_rate_hz
     if units not in (None, motion.units):
-        notes.append(f"The file states the unit {motion.units}; it is used instead of {units}.")
+        factor = millimetres_in(units, path.name) / millimetres_in(motion.units, path.name)
+        notes.append(
+            f"The file states the unit {motion.units!r}; the requested unit {units!r} is used instead."
+        )
+        motion = replace(motion, units=units, positions_mm=factor * motion.positions_mm)
     if frame_rate_hz is not None and abs(rate / frame_rate_hz - 1.0) >= RATE_TOLERANCE:
         notes.append(
-            f"The file states {rate:g} frames per second; they are used instead of {frame_rate_hz:g}."
+            f"The file states {rate:g} frames per second; the requested {frame_rate_hz:g} are used instead."
         )
+        motion = replace(motion, frame_rate_hz=float(frame_rate_hz))
     return replace(motion, notes=tuple(notes), up=UpAxis(up))

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import functools
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -92,18 +92,21 @@ def completed(
     units: str | None = None,
     frame_rate_hz: float | None = None,
 ) -> MotionCapture:
-    """Add the markers of the first suitable static trial; unchanged if none is needed or suitable."""
+    """Add the markers of the first suitable static trial; if none is suitable, only notes with the reasons."""
     if mappings.suggest(motion, candidates).usable:
         return motion
+    notes = [*motion.notes]
     for path in files:
         try:
             posture = standing(path, units=units, frame_rate_hz=frame_rate_hz)
             added = carry(motion, posture, path.name, candidates)
-        except InvalidInput:  # reported in the row of that recording
+        except InvalidInput as refusal:
+            notes += [str(refusal)] * (refusal.code != "not_still")  # another walk is not a static trial
             continue
         if mappings.suggest(added, candidates).usable:
             return added
-    return motion
+        notes += added.notes[len(motion.notes) :]
+    return replace(motion, notes=tuple(notes))
 
 
 def standing(path: Path, *, units: str | None = None, frame_rate_hz: float | None = None) -> MotionCapture:
@@ -198,6 +201,7 @@ def carry(
     static_index = {plain_name(point): k for k, point in enumerate(posture.names)}
     moving_index = {plain_name(point): k for k, point in enumerate(motion.names) if measured[k]}
     names, positions, sentences = [], [], []
+    loose: list[str] = []
     for side, other in ("lr", "rl"):
         shared = [
             point
@@ -218,6 +222,8 @@ def carry(
                 if plain_name(posture.names[k]) not in moving_index
                 and np.linalg.norm(standing_points[k] - joints[joint]) <= AT_JOINT * leg
             ]
+            if points and n not in groups:
+                loose += _loose_clusters(motion, static_index, standing_points, ends, n, factor)
             if not points or n not in groups:
                 continue
             group = groups[n]
@@ -233,7 +239,8 @@ def carry(
         raise InvalidInput(
             "no cluster of the walk moves with a missing marker of the static trial",
             name,
-            "three points of a thigh or shank in both trials",
+            f"three points of a thigh or shank in both trials that fit to {factor * SLACK * leg:.0f} mm",
+            "; ".join(loose),
             code="no_cluster",
         )
     retained = [k for k, point in enumerate(motion.names) if measured[k] or point not in names]
@@ -243,8 +250,26 @@ def carry(
         names=(*(motion.names[k] for k in retained), *names),
         positions_mm=together,
         valid=np.isfinite(together).all(axis=-1),
-        notes=(*motion.notes, f"Added from the static trial {name}: {'; '.join(sentences)}."),
+        notes=(*motion.notes, f"Added from the static trial {name}: {'; '.join([*sentences, *loose])}."),
     )
+
+
+def _loose_clusters(
+    motion: MotionCapture,
+    static_index: dict[str, int],
+    standing: np.ndarray,
+    ends: np.ndarray,
+    segment: int,
+    factor: float,
+) -> Iterator[str]:
+    """Yield the clusters on a segment that do not fit the static trial, each with its residual."""
+    for group in technical_clusters(motion):
+        shared = [k for k in group if plain_name(motion.names[k]) in static_index]
+        static = standing[[static_index[plain_name(motion.names[k])] for k in shared]]
+        if len(shared) >= 3 and _segment_of(static.mean(axis=0), ends) == segment:
+            residual = fit_rigid_motion(static, motion.positions_mm[:, shared]).residual_mm
+            names = ", ".join(motion.names[k] for k in shared)
+            yield f"{names} only fit to {factor * np.sqrt(np.nanmean(residual**2)):.0f} mm"
 
 
 def _segment_of(point: np.ndarray, ends: np.ndarray) -> int:

@@ -172,6 +172,17 @@ def _change(lengths: np.ndarray) -> float:
     return float((high - low) / middle)
 
 
+def unit_of_leg(leg: float) -> str:
+    """Return the unit of length in which a leg of this length is human, e.g. ``m``, or ``mm/0.24`` if none is.
+
+    Examples
+    --------
+    >>> unit_of_leg(0.85), unit_of_leg(850.0), unit_of_leg(200.0)
+    ('m', 'mm', 'mm/0.24')
+    """
+    return (_unit(leg)[1] or f"mm/{leg / ADULT_LEG_MM:.2g}") if leg > 0 else ""
+
+
 def _unit(leg: float) -> tuple[str, str, float]:
     """Guess the unit of a leg length; return advice for a message, the short name, and the factor to millimetres.
 

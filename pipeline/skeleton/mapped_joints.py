@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
@@ -92,7 +93,7 @@ def plain_name(name: str) -> str:
 
 
 def bare_names(names: Sequence[str]) -> list[str]:
-    """Remove text before a colon from names, and the prefix and suffix that most names share.
+    """Remove text before a colon from names, the prefix and suffix of most names, or the first word of a third of them.
 
     Examples
     --------
@@ -100,7 +101,7 @@ def bare_names(names: Sequence[str]) -> list[str]:
     ['LeftASI', 'LeftKnee', 'LeftToe', 'LeftHeel', 'RightASI']
     """
     after = [name.rsplit(":", 1)[-1] for name in names]
-    begin = _common_prefix(after)
+    begin = _common_prefix(after) or _shared_word(after)
     end = _common_prefix([name[::-1] for name in after])[::-1]
     return [name.removeprefix(begin).removesuffix(end) for name in after]
 
@@ -309,6 +310,14 @@ def _index(names: Iterable[str]) -> dict[str, list[int]]:
     for index, name in enumerate(names):
         indices.setdefault(name, []).append(index)
     return indices
+
+
+def _shared_word(names: Sequence[str]) -> str:
+    """First word of a third of the names or more, such as ``Character1_``; empty if it states a side."""
+    words = Counter(name.partition("_")[0] for name in names if "_" in name)
+    word, count = max(words.items(), key=lambda item: item[1], default=("", 0))
+    side = _SIDE_FIRST.match(f"{word}_x")
+    return f"{word}_" if word and not side and count >= max(7, len(names) / 3) else ""
 
 
 def _common_prefix(names: list[str]) -> str:

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from html import escape
+
 import numpy as np
 
 from pipeline.shortened import shortened
 from pipeline.skeleton.complaint import Complaint
+from pipeline.skeleton.joints import WALKER15
+from pipeline.skeleton.player import player
 from pipeline.skeleton.source_mapping import UpAxis
 
 MILLIMETRES = {"mm": 1.0, "cm": 10.0, "dm": 100.0, "m": 1000.0, "in": 25.4, "ft": 304.8}
@@ -46,3 +50,10 @@ class MotionCapture:
     units_assumed: bool = False
     up: UpAxis = UpAxis.auto
     complaints: tuple[Complaint, ...] = ()
+
+    def _repr_html_(self) -> str:
+        """Return a player for notebooks, with bones between the joints of WALKER15."""
+        positions = np.where(self.valid[..., None], self.positions_mm, np.nan)
+        bones = WALKER15.bones if self.names == WALKER15.joints else ()
+        seconds = len(positions) / self.frame_rate_hz
+        return f"<p>{escape(repr(self))}</p>{player(positions, seconds, self.up, bones)}"

@@ -26,6 +26,7 @@ from scipy.spatial.transform import Rotation
 from pipeline.core.anthropometry import SEGMENTS
 from pipeline.core.limb_chain import WALKER14, forward
 from pipeline.core.limb_chain.lengths import anthropometric_lengths
+from pipeline.shortened import shortened
 from pipeline.validation import InvalidInput, require_range
 
 HIP_HEIGHT = SEGMENTS["thigh"] + SEGMENTS["shank"] + SEGMENTS["ankle_height"]
@@ -77,7 +78,7 @@ class AngularLimb:
     chart: np.ndarray
 
 
-@dataclass(frozen=True)
+@shortened
 class SyntheticBody:
     """Body of WALKER14 with smoothly moving limbs.
 

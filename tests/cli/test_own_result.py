@@ -21,7 +21,13 @@ def test_errors_of_each_method_and_people_who_were_kept(tmp_path: Path) -> None:
     clips = {"person": ["a", "a", "b", "c"], "verdict": ["kept", "kept", "kept", "refused"]}
     tables.write(tmp_path / "table_ingest.csv", clips)
     described = own_result(tmp_path).partition(": ")[2]
-    assert described == "error of depth, all views: MAP 32 mm, least squares 40 mm; 2 people"
+    assert described == (
+        "error of depth, all views: MAP 32 mm, least squares 40 mm; 2 people"
+        " (few to learn from: model.prior=shipped adds a model of other people)"
+    )
+    many = {"person": [f"p{k}" for k in range(20)], "verdict": ["kept"] * 20}
+    tables.write(tmp_path / "table_ingest.csv", many)
+    assert own_result(tmp_path).endswith("; 20 people")
     (tmp_path / "table.csv").write_text("component\n1\n", encoding="utf-8")
     assert own_result(tmp_path) == ""
 
@@ -36,5 +42,5 @@ def test_the_summary_begins_with_it(say: Callable, tmp_path: Path) -> None:
     message = say(*arguments, "data=folder", f"data.path={tmp_path}", f"results={tmp_path / 'results'}")
     first = next(line for line in message.out.splitlines() if "zhang2007_fig5: error" in line)
     assert message.out.index(first) < message.out.index("Claims")
-    assert first.endswith("; 4 people")
+    assert "; 4 people (few to learn from: model.prior=shipped " in first
     assert "average walker " in first

@@ -161,6 +161,28 @@ def test_the_walkers_that_ship_bring_others_nearer(walks: list[FourierRepresenta
         walk3d.walkers(model_folder="nowhere")
 
 
+def test_the_walkers_that_ship_are_calibrated_by_a_few_people(walks: list[FourierRepresentation]) -> None:
+    """Nine people of one's own, each left out: nearer than the shipped walkers alone, with bars that hold."""
+    people, off, shares = walks[:9], {"alone": 0.0, "calibrated": 0.0}, []
+    shipped = walk3d.walkers(1450.0)
+    for number, walk in enumerate(people[:4]):
+        model = walk3d.calibrate(shipped, [other for k, other in enumerate(people) if k != number])
+        assert len(model.laboratory) == 8
+        for name, each in (("alone", shipped), ("calibrated", model)):
+            result = walk3d.from_view(each, walk, 30.0, laboratory="unknown")
+            off[name] += float(((result.coefficients - walk.coefficients) ** 2).sum())
+        shares.append(covered(result, walk))
+        np.testing.assert_array_equal(walk3d.from_view(model, walk, 30.0).coefficients, result.coefficients)
+    assert off["calibrated"] < 0.6 * off["alone"]
+    assert np.mean(shares) > 0.93
+    with rejects("same_walk", "model"):
+        walk3d.from_view(model, people[0], 30.0)
+    with rejects("calibrated_already", "model"):
+        walk3d.calibrate(model, people[:1])
+    hidden = walk3d.from_view(model, people[3], 30.0, hidden=["head"])
+    assert np.isfinite(hidden.coefficients).all()
+
+
 @pytest.mark.parametrize("suffix", [".c3d", ".trc", ".csv", ".npz"])
 def test_a_recording_is_written_and_read_again(suffix: str, tmp_path: Path) -> None:
     positions = np.random.default_rng(1).normal(0.0, 500.0, (12, 3, 3)).round(3)

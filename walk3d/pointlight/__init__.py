@@ -9,10 +9,15 @@ A display is made in steps.  Each step is a pure function of `PointLights`; rand
 >>> lights = pointlight.inverted(pointlight.scrambled(lights, np.random.default_rng(1)))
 >>> pointlight.as_svg(lights)[:4]
 '<svg'
+
+The package itself is the function `of_motion`: ``walk3d.pointlight(read("walk.c3d"))`` shows a recording.
 """
 
-from walk3d.pointlight.dots import PointLights, synthetic_walker, walker, walking_speed
-from walk3d.pointlight.files import as_csv, as_ptd, as_svg, pixels
+import sys
+from types import ModuleType
+
+from walk3d.pointlight.dots import of_motion, synthetic_walker, walker, walking_speed
+from walk3d.pointlight.files import PointLights, as_csv, as_ptd, as_svg, pixels
 from walk3d.pointlight.manipulations import (
     Noise,
     inverted,
@@ -32,6 +37,7 @@ __all__ = [
     "inverted",
     "limited_lifetime",
     "mirrored",
+    "of_motion",
     "phase_scrambled",
     "pixels",
     "scrambled",
@@ -40,3 +46,12 @@ __all__ = [
     "walking_speed",
     "with_noise",
 ]
+
+
+class _Function(ModuleType):
+    """Module that is called as `of_motion`."""
+
+    __call__ = staticmethod(of_motion)
+
+
+sys.modules[__name__].__class__ = _Function

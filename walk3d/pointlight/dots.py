@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
+from typing import TypedDict, Unpack
 
 import numpy as np
 
+from pipeline.api import represent
 from pipeline.core import camera, fourier, walking
 from pipeline.skeleton import ANKLES, WALKER15
+from pipeline.skeleton.recorded import MotionCapture
 from pipeline.synthetic import walkers
 from pipeline.validation import require_finite, require_range, require_shape
+from walk3d.pointlight.files import PointLights
 
 MAX_FRAMES = 100_000
 """Largest number of frames of a display."""
@@ -18,33 +21,14 @@ _INSTANTS = 200
 """Instants of a cycle at which the step length is measured."""
 
 
-@dataclass(frozen=True)
-class PointLights:
-    """Dots of a display.
+class _Options(TypedDict, total=False):
+    """Options of `walker`."""
 
-    Attributes
-    ----------
-    names : tuple of str
-        Joint of each of the P dots, or a name for the dot.
-    positions : (T, P, 2)
-        Positions to the right and up, mm.
-    frame_rate_hz : float
-    of_walker : (P,) bool
-        True for dots of the walker, False for noise dots.
-    loops : bool
-        True if the display can be repeated without a jump.
-    """
-
-    names: tuple[str, ...]
-    positions: np.ndarray
+    view_angle_rad: float
+    cycles: float
     frame_rate_hz: float
-    of_walker: np.ndarray
-    loops: bool
-
-    @property
-    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lowest and highest coordinates (2,) of all dots over all frames, mm."""
-        return self.positions.min(axis=(0, 1)), self.positions.max(axis=(0, 1))
+    speed_mm_s: float
+    joints: np.ndarray | None
 
 
 def walker(
@@ -97,6 +81,29 @@ def walker(
     names = tuple(name for name, is_shown in zip(WALKER15.joints, mask, strict=True) if is_shown)
     projected = camera.project(positions[:, mask], view_angle_rad)
     return PointLights(names, projected, float(frame_rate_hz), np.ones(len(names), bool), loops)
+
+
+def of_motion(
+    motion: MotionCapture, *, skeleton: str = "auto", subject: str = "", **options: Unpack[_Options]
+) -> PointLights:
+    """Return the dots of the steady walk in a recording, or of a motion that was synthesised.
+
+    Parameters
+    ----------
+    motion : MotionCapture
+        Result of `pipeline.read` or `pipeline.motion`.
+    skeleton, subject
+        Mapping to the joints and name of the person, as for `pipeline.joints`.
+    **options
+        Options of `walker`, e.g. ``view_angle_rad=np.pi / 2``.
+
+    Raises
+    ------
+    InvalidInput
+        If the motion has no steady walk, or `walker` raises one.
+    """
+    walk = represent(motion, skeleton, subject)
+    return walker(walk.coefficients, walk.frequency_hz, **options)
 
 
 def walking_speed(coefficients: np.ndarray, stride_hz: float) -> float:

@@ -1,4 +1,4 @@
-"""Point-light displays as text: animated SVG, CSV, and the format of the Body Movement Library."""
+"""Point-light displays, and their text: animated SVG, CSV, and the format of the Body Movement Library."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from html import escape
 
 import numpy as np
 
+from pipeline.shortened import shortened
 from pipeline.validation import require_count, require_range, require_shape
-from walk3d.pointlight.dots import PointLights
 
 PTD_RATE_HZ = 60.0
 """Frame rate of the Body Movement Library."""
@@ -15,6 +15,39 @@ PTD_RATE_HZ = 60.0
 _MM_PER_INCH = 25.4
 _MARGIN = 0.08
 """Margin on each side, relative to the height."""
+
+
+@shortened
+class PointLights:
+    """Dots of a display.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Joint of each of the P dots, or a name for the dot.
+    positions : (T, P, 2)
+        Positions to the right and up, mm.
+    frame_rate_hz : float
+    of_walker : (P,) bool
+        True for dots of the walker, False for noise dots.
+    loops : bool
+        True if the display can be repeated without a jump.
+    """
+
+    names: tuple[str, ...]
+    positions: np.ndarray
+    frame_rate_hz: float
+    of_walker: np.ndarray
+    loops: bool
+
+    def _repr_html_(self) -> str:
+        """Return the display as an animated SVG, for notebooks."""
+        return as_svg(self)
+
+    @property
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest coordinates (2,) of all dots over all frames, mm."""
+        return self.positions.min(axis=(0, 1)), self.positions.max(axis=(0, 1))
 
 
 def pixels(lights: PointLights, height_px: int) -> tuple[np.ndarray, tuple[int, int]]:

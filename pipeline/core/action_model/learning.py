@@ -7,7 +7,6 @@ need it.  Every performance goes through the aSpace, linear normalisation, synch
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -23,10 +22,11 @@ from pipeline.core.synchronization import (
     synchronize_all,
     warp,
 )
+from pipeline.shortened import shortened
 from pipeline.validation import InvalidInput
 
 
-@dataclass(frozen=True)
+@shortened
 class LearntAction:
     """An aSpace, synchronized performances and the action model of one action.
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
 from pipeline.core.articulated_trajectory.limb_choice import LimbChoice
 from pipeline.core.reconstructibility import Confidence, confidence_of_mirror_margin
 from pipeline.core.refinement import Refinement
+from pipeline.shortened import shortened
 
 MAX_RESIDUAL_PX = 5.0
 """Residual of a joint above which cameras, root, lengths or the basis do not fit its images."""
@@ -26,7 +26,7 @@ in front of four kinds of cameras, with noise up to 3 px, none was below with it
 """
 
 
-@dataclass(frozen=True)
+@shortened
 class Articulated:
     """A skeleton's motion from its images.
 

@@ -13,7 +13,6 @@ Symbols
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -24,13 +23,14 @@ from pipeline.core.limb_chain.lengths import FORGIVING
 from pipeline.core.reconstructibility import MARGIN_GREEN_ABOVE
 from pipeline.core.refinement import spherical
 from pipeline.core.trajectory_basis import TrajectoryBasis, cosine_basis
+from pipeline.shortened import shortened
 from pipeline.validation import require_range
 
 MARGIN_OF_DOUBT = MARGIN_GREEN_ABOVE
 """Cost of a mirror, relative to the best, up to which the mirror may be the truth."""
 
 
-@dataclass(frozen=True)
+@shortened
 class LimbChoice:
     """Solution for one limb, with measures of its certainty.
 

@@ -20,6 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.core.refinement import kernels
+from pipeline.shortened import shortened
 from pipeline.validation import InvalidInput, require_finite, require_range, require_shape
 
 _FLAT = 1e-9
@@ -49,7 +50,7 @@ class SphericalAngles:
     chart: np.ndarray
 
 
-@dataclass(frozen=True)
+@shortened
 class SphericalTrajectory:
     """A path on the sphere by coefficients of a trajectory basis.
 

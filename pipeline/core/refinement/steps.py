@@ -33,6 +33,7 @@ from pipeline.core.refinement.inputs import (
 from pipeline.core.refinement.reprojection import Observations
 from pipeline.core.refinement.spherical import SphericalTrajectory
 from pipeline.core.trajectory_basis import soft_ridge
+from pipeline.shortened import shortened
 from pipeline.validation import InvalidInput, require_count, require_range, require_shape
 
 LENGTH_FACTOR = 2.0
@@ -69,7 +70,7 @@ class RefinementOptions:
     tolerance: float = 1e-8
 
 
-@dataclass(frozen=True)
+@shortened
 class Refinement:
     """Refined trajectories of all joints, with measures of their reliability.
 

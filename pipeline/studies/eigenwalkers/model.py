@@ -67,6 +67,7 @@ class EigenwalkersModel(Model):
     components: Count = 30  # number of eigenwalkers
     divisor: Divisor = Divisor["R-1"]
     mirror: bool = False  # also learn from mirror images
+    prior: str = ""  # also compare a method that brings a model of other people, e.g. of a plug-in
     omega_scale_mm: Positive | None = 1.0  # null: equal to the mean variance of the other numbers
 
     def training(self, dataset: FourierSamples) -> tuple[np.ndarray, dict[str, Any]]:

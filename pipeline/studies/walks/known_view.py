@@ -9,11 +9,13 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from pipeline.clips.options import Data
 from pipeline.core import errors, linear_model, reconstruction
 from pipeline.processes import map_processes
 from pipeline.skeleton import WALKER15
@@ -184,6 +186,10 @@ class KnownView(Sweep):
     def modules(self) -> list[str]:
         """Return the modules of the chosen methods."""
         return methods.modules(self.methods)
+
+    def further_files(self, data: Data) -> dict[str, Path]:
+        """Return the files that the chosen methods read."""
+        return methods.files(self.methods)
 
     def measure(self, inputs: Inputs) -> KnownViewErrors:
         """Return the reconstructions by all methods from every view, and their errors."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
@@ -131,6 +132,10 @@ class Method:
             Name of the baseline that claims compare the method with; empty for none.
         prepare : callable, optional
             Takes the data set; returns the data that all folds share, before the folds are divided among processes.
+        files : sequence of Path
+            Files that the method reads; results are recomputed if they change.
+        of_other_people : bool
+            True if the method brings a model of people outside the data: ``model.prior=NAME`` adds it.
         source : str
             Module of the plug-in with the method; results are recomputed if the module changes.
     """
@@ -142,12 +147,14 @@ class Method:
     title: str = ""
     baseline: str = ""
     prepare: Callable[[FourierSamples], Any] | None = None
+    files: Sequence[Path] = ()
+    of_other_people: bool = False
     source: str = ""
 
     @property
     def modules(self) -> list[str]:
         """Modules whose sources compute the method."""
-        parts = (self.reconstruct, self.estimate, self.prepare)
+        parts = (self.reconstruct, self.estimate, getattr(self.prepare, "func", self.prepare))
         return [*filter(None, (self.source, *(getattr(part, "__module__", "") for part in parts)))]
 
     def prepared(self, data: FourierSamples) -> Any:
@@ -329,6 +336,11 @@ def with_baselines(methods: Sequence[Method]) -> list[Method]:
 def modules(names: Sequence[str]) -> list[str]:
     """Return the modules that compute these methods."""
     return [module for method in chosen(names) for module in method.modules]
+
+
+def files(names: Sequence[str]) -> dict[str, Path]:
+    """Return the files that these methods read, by method and file name."""
+    return {f"{method.name} {path.name}": path for method in chosen(names) for path in method.files}
 
 
 def styles(names: Sequence[str]) -> dict[str, Style]:

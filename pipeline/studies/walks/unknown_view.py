@@ -8,11 +8,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from pipeline.clips.options import Data
 from pipeline.core import linear_model, statistics, viewpoint
 from pipeline.processes import map_processes
 from pipeline.studies.eigenwalkers.model import Eigenwalkers
@@ -123,6 +125,10 @@ class UnknownView(Sweep):
     def modules(self) -> list[str]:
         """Return the modules of the chosen methods."""
         return methods.modules(self.methods)
+
+    def further_files(self, data: Data) -> dict[str, Path]:
+        """Return the files that the chosen methods read."""
+        return methods.files(self.methods)
 
     def of_populations(self) -> UnknownView:
         """Return the sweep at the middles of strips of views, without the published solver.

@@ -7,10 +7,9 @@ function of time (`time_warps`), drawn for each performance.  It is the ground t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from pipeline.shortened import shortened
 from pipeline.synthetic.bending import time_warps
 from pipeline.synthetic.bending.kinematics import bend
 from pipeline.synthetic.bending.manner import DOWN, UP, draw_manner, draw_sway, varied
@@ -27,7 +26,7 @@ SUBJECT_SHARE = 0.5
 """Share of the variance of durations and rates that is between people."""
 
 
-@dataclass(frozen=True)
+@shortened
 class BendingPerformances:
     """Performances of an action with ground truth.
 

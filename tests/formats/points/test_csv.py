@@ -606,7 +606,11 @@ def test_bids_motion_has_its_titles_and_its_rate_in_files_beside_it(tmp_path: Pa
     np.testing.assert_array_equal(motion.positions_mm[[0, 2], 0], [[1000, 2000, 3000], [2000, 2000, 3000]])
     assert not motion.valid[1, 0]
     channels.write_text(CHANNELS.replace("LATENCY", "MISC"))
-    assert formats.read(path, frame_rate_hz=50.0).frame_rate_hz == 100.0
+    assert formats.read(path).frame_rate_hz == 100.0
+    requested = formats.read(path, frame_rate_hz=50.0)
+    assert requested.frame_rate_hz == 50.0
+    note = "The file states 100 frames per second; the requested 50 are used instead."
+    assert note in requested.notes
     path.write_text("0\t.7\t1\t2\t3\n0.01\t.7\tx\t2\t3\n")
     with rejects("not_number", "motion.tsv, line 2, column 'Head_x_m'"):
         formats.read(path)

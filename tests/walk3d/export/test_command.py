@@ -261,9 +261,10 @@ def test_inspect_goes_on_after_a_file_of_two_people(walk: np.ndarray, tmp_path: 
     (metres,) = inspect([str(tmp_path / "c.c3d"), "units=m"])
     assert metres.strides > 2
     (wrong,) = inspect([str(tmp_path / "c.c3d"), "units=cm"])
-    assert wrong.lines[-1] == f"next: python -m pipeline inspect {tmp_path / 'c.c3d'}   (without units=cm)"
+    again = f"next: python -m pipeline inspect {tmp_path / 'c.c3d'} units=m   (data.units= in runs)"
+    assert wrong.lines[-1] == again
     (stated,) = inspect([str(tmp_path / "b.trc"), "units=m"])
-    assert "The file states the unit mm; it is used instead of m." in stated.lines
+    assert "The file states the unit 'mm'; the requested unit 'm' is used instead." in stated.lines
     (tmp_path / "take.fbx").touch()
     described = summary(tmp_path, [both, first, metres])
     assert described[0].startswith("2 of 3 files contain walks, of 2 people: b, c;")

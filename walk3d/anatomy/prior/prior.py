@@ -18,6 +18,7 @@ from functools import cached_property
 import numpy as np
 
 from pipeline.core import fourier
+from pipeline.shortened import shortened
 from pipeline.skeleton import WALKER15
 from pipeline.validation import require_finite
 
@@ -59,7 +60,7 @@ class Shrinkage:
     extra_variance: float = 20.0
 
 
-@dataclass(frozen=True)
+@shortened
 class Prior:
     """Mean and covariance of walkers, and the variation of their bones.
 

@@ -15,8 +15,9 @@ from pipeline.formats.contract import read_bytes
 from pipeline.storage.publishing import publish
 from pipeline.storage.sealed_folders import digest, read_manifest, remove_stale
 from pipeline.validation import InvalidInput, require_count, require_finite, require_shape
-from walk3d.anatomy.prior import BONES, JOINTS, PAIRS
+from walk3d.anatomy.prior import BONES, JOINTS, PAIRS, Prior
 from walk3d.anatomy.prior.laboratories import COMMON
+from walk3d.anatomy.prior.own_laboratory import Learnt
 from walk3d.film.walk import CompactMoments, WalkerModel, expand, model_of
 from walk3d.film.walk.calibration import ANYBODY, AS_OURS, CYCLE_KINDS, GROUPS, LEVELS, Calibration
 from walk3d.film.walk.sagittal_angles import KINDS
@@ -63,6 +64,14 @@ class TrainedModel:
     def model(self) -> WalkerModel:
         """Model of walkers with its full covariance."""
         return model_of(expand(self.compact))
+
+    @property
+    def learnt(self) -> Learnt:
+        """Anatomical prior of the same people, for walkers of the model's height."""
+        model = self.model
+        covariance = model.covariance.reshape(*model.mean.shape, *model.mean.shape)
+        prior = Prior(model.mean, covariance, model.bone_variance, model.pair_variance)
+        return Learnt(prior, self.unfamiliar, self.compact.walkers)
 
     @property
     def concentration(self) -> float:
