@@ -90,6 +90,7 @@ STYLE: dict[Any, Any] = {
     "xtick.labelsize": NOTE_SIZE,
     "ytick.labelsize": NOTE_SIZE,
     "xtick.direction": "in",
+    "xtick.major.pad": 6,  # clear of the lowest number of the ordinate
     "ytick.direction": "in",
     "xtick.top": True,
     "ytick.right": True,

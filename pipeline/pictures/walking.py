@@ -98,6 +98,7 @@ def draw_walking(
         f' height="{_HEIGHT}" role="img" font-family="system-ui, sans-serif" stroke-linecap="round"'
         ' stroke-linejoin="round" fill="none">',
         f"<title>{escape(words[0][0])}. {escape(words[1][0])}</title>",
+        f"<desc>{escape(words[0][1])}. {escape(words[1][1])}</desc>",
         f'<rect width="{_WIDTH}" height="{_HEIGHT}" rx="12" fill="{_PAPER}"/>',
         f'<rect x="{_MARGIN}" y="{_HEADING}" width="{half - _MARGIN:.0f}" height="{_HEIGHT - _HEADING - _MARGIN}"'
         f' rx="8" fill="{_NIGHT}"/>',

@@ -37,9 +37,9 @@ _FRAMES, _CYCLES, _FIRST = 20, 5, 12
 """Frames of a gait cycle, cycles of one turn of the walker, and the frame of the still picture."""
 
 _METHODS = {
-    "average_walker": Style("average walker, the same for all", "baseline"),
+    "average_walker": Style("average walker, the same for all", "baseline", line="dotted"),
     "least_squares": Style("least squares", "least_squares"),
-    "map": Style("with a prior (MAP)", "map"),
+    "map": Style("with a prior (MAP)", "map", line="dashed"),
 }
 
 _BEYOND, _WITHOUT, _ALIKE, _UNKNOWN = (

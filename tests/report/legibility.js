@@ -34,7 +34,8 @@ addEventListener("load", async () => {
     } else {
       const counted = { band: 0, interval: 0 };
       for (const group of svg.querySelectorAll("g[id^=axes_]")) {
-        const axes = group.querySelector("g[id^=patch_] path").getBoundingClientRect();
+        const axes = group.querySelector("g[id^=patch_] path")?.getBoundingClientRect();
+        if (!axes) continue;  // stick figures
         for (const kind of Object.keys(counted)) for (const marks of group.querySelectorAll(`g[id^=${kind}-]`)) {
           counted[kind]++;
           const at = marks.getBoundingClientRect();

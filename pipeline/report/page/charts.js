@@ -24,12 +24,13 @@ const Charts = (() => {
   const number = text => text === "" || text === undefined ? NaN : Number(text);
   const say = v => !Number.isFinite(v) ? "–" : Math.abs(v) < 1e-9 ? "0" : (Math.abs(v) >= 1e5 || Math.abs(v) < 1e-3 ? v.toExponential(1)
     : Number(v.toPrecision(4)).toLocaleString("en", { maximumFractionDigits: 6 })).replaceAll("-", "−");
-  // Number rounded by the width of its interval: half of the width is 2 to 20 units of the last digit.
-  function within(v, ends) {
+  // Number rounded by the width of its interval: half of the width is 2 to 20 units of the last digit; `whole` keeps units.
+  function within(v, ends, whole = true) {
     const half = ends ? Math.abs(ends[1] - ends[0]) / 2 : 0;
     if (!Number.isFinite(v) || !Number.isFinite(half)) return "–";
     if (!half) return say(Number(v.toPrecision(3)));
-    const places = Math.min(6, Math.max(0, -Math.floor(Math.log10(half / 2)))), text = v.toFixed(places);
+    const digits = Math.min(6, -Math.floor(Math.log10(half / 2))), places = Math.max(0, digits), unit = whole ? 1 : 10 ** Math.max(0, -digits);
+    const text = (Math.round(v / unit * 10 ** places) / 10 ** places * unit).toFixed(places);
     return (Number(text) === 0 ? (0).toFixed(places) : Number(text).toLocaleString("en", { minimumFractionDigits: places, maximumFractionDigits: places })).replace("-", "−");
   }
   const words = name => String(name).replace(/\bmap\b/, "MAP").replaceAll("_", " ");
@@ -65,11 +66,15 @@ const Charts = (() => {
       // The chart is as wide as its box, so that letters keep their size on a phone.
       this.wide = Math.max(names ? 280 : 250, Math.min(W, box.clientWidth || W));
       // A chart over names has a row for each name; its numbers run across.
-      this.left = names ? Math.min(0.55 * this.wide, 12 + Math.max(...names.map(n => this.measure(n, SIZE)))) : 0;
+      // Names that would leave less than half of the width stand above their rows.
+      const widest = names ? 12 + Math.max(...names.map(n => this.measure(n, SIZE))) : 0;
+      this.above = widest > 0.5 * this.wide;
+      this.left = this.above ? 14 : widest;
+      this.row = this.above ? 1.6 * ROW : ROW;
       this.heading = names ? [] : this.wrap(spec.y_label, this.wide - 4);
       this.title = this.wrap(names ? spec.y_label : spec.x_label, this.wide - this.left - RIGHT);
       this.top = 8 + LINE * this.heading.length;
-      this.bottom = this.top + (names ? ROW * names.length : PLOT);
+      this.bottom = this.top + (names ? this.row * names.length : PLOT);
       this.high = this.bottom + 24 + LINE * this.title.length;
       this.svg.setAttribute("viewBox", `0 0 ${this.wide} ${this.high}`);
       // The plot is a slider: its marker follows the pointer and the arrow keys.
@@ -119,7 +124,7 @@ const Charts = (() => {
       if (!this.names) this.left = 12 + Math.max(...y.map(v => this.measure(say(v), SIZE)));
       const wide = this.wide - this.left - RIGHT, over = y => Math.max(-0.02, Math.min(1.02, map(y, y0, y1, log_y)));
       this.px = this.names ? y => this.left + wide * over(y) : x => this.left + wide * map(x, x0, x1, log_x);
-      this.py = this.names ? x => this.top + ROW * (x + 0.5) : y => this.bottom - (this.bottom - this.top) * over(y);
+      this.py = this.names ? x => this.top + this.row * (x + (this.above ? 0.72 : 0.5)) : y => this.bottom - (this.bottom - this.top) * over(y);
       const [a, b, log, asked] = this.names ? [y0, y1, log_y, null] : [x0, x1, log_x, this.spec.ticks];
       const step = typeof asked === "number" ? asked : 0;
       let x = Array.isArray(asked) ? asked : step ? Array.from({ length: Math.floor(b / step + 1e-9) - Math.ceil(a / step - 1e-9) + 1 }, (_, i) => (Math.ceil(a / step - 1e-9) + i) * step) : ticks(a, b, log, 6);
@@ -146,13 +151,14 @@ const Charts = (() => {
         this.node("line", { x1: at, x2: at, y1: this.names ? top : bottom, y2: bottom + 4, class: this.names ? "grid" : "axis" });
         this.text(Math.min(at, this.wide - half - 1), bottom + 17, say(x), { "text-anchor": "middle" });
       }
-      this.names?.forEach((name, i) => this.text(left - 6, this.py(i) + 4, name, { "text-anchor": "end" }));
+      this.names?.forEach((name, i) => this.above ? this.text(2, this.py(i) - 10, name, {}) : this.text(left - 6, this.py(i) + 4, name, { "text-anchor": "end" }));
       this.node("line", { x1: left, x2: right, y1: bottom, y2: bottom, class: "axis" });
       this.title.forEach((line, i) => this.text((left + right) / 2, bottom + 20 + LINE * (i + 1) - 3, line, { "text-anchor": "middle", class: "title" }));
       this.heading.forEach((line, i) => this.text(2, LINE * (i + 1) - 3, line, { class: "title" }));
       for (const s of this.series) { s.group = this.node("g", {}); s.group.style.setProperty("--ink", `var(--c-${s.colour})`); }
       this.series.forEach(s => this.fill(s));
-      const references = (this.spec.references ?? []).map(r => this.names ? { ...r, x: r.y, y: null } : r), boxes = [];
+      const references = (this.spec.references ?? []).map(r => this.names ? { ...r, x: r.y, y: null } : r);
+      const boxes = this.above ? this.names.map((name, i) => [2, this.py(i) - 24, 2 + this.measure(name, SIZE), this.py(i) - 6]) : [];
       for (const r of references) this.reference(r);
       for (const r of references) if (r.label && !r.below && (r.x !== null || r.y !== null)) boxes.push(this.label(r, references, boxes));
       this.cursor = this.node("line", this.names ? { x1: left, x2: right, class: "cursor" } : { y1: top, y2: bottom, class: "cursor" });
@@ -184,7 +190,7 @@ const Charts = (() => {
         const held = between(low, high);
         if (held.length > 1) this.node("polygon", { points: [...held.map(p => corner(p.x, p[high])), ...held.map(p => corner(p.x, p[low])).reverse()].join(" "), class: name }, s.group);
       }
-      const n = this.series.length, off = this.names && this.series.some(o => o !== s && o.points.some(p => shown.some(q => q.x === p.x))) ? (this.series.indexOf(s) / (n - 1) - 0.5) * ROW * 0.5 : 0;
+      const n = this.series.length, off = this.names && this.series.some(o => o !== s && o.points.some(p => shown.some(q => q.x === p.x))) ? (this.series.indexOf(s) / (n - 1) - 0.5) * ROW * (this.above ? 0.3 : 0.5) : 0;
       const place = (p, y) => this.names ? [this.px(y), this.py(p.x) + off] : [this.px(p.x), this.py(y)];
       if (dots || shown.length === 1) {
         const [low, high] = between("lo", "hi").length ? ["lo", "hi"] : ["low", "high"];
@@ -206,7 +212,7 @@ const Charts = (() => {
     // Write the label of a reference where it covers no other label and the least of the data, as the pictures do.
     label(r, references, boxes) {
       const wide = this.measure(r.label, NOTE), high = NOTE * 1.2, right = this.wide - RIGHT;
-      const shares = [1, 0, 0.5, 0.25, 0.75, 0.9, 0.1], at = [r.x === null ? null : this.px(r.x), r.y === null ? null : this.py(r.y)];
+      const shares = [1, 0, 0.5, 0.25, 0.75, ...Array.from({ length: 39 }, (_, k) => (k + 1) / 40)], at = [r.x === null ? null : this.px(r.x), r.y === null ? null : this.py(r.y)];
       const point = at[0] !== null && at[1] !== null, away = point ? 2.5 * GAP : GAP;
       const lefts = at[0] === null ? shares.map(f => this.left + GAP + f * (right - this.left - wide - 2 * GAP)) : [at[0] + away, at[0] - wide - away];
       const tops = at[1] === null ? shares.map(f => this.top + GAP + (1 - f) * (this.bottom - this.top - high - 2 * GAP)) : [at[1] - high - GAP, at[1] + GAP];
@@ -251,7 +257,7 @@ const Charts = (() => {
       const place = this.names ? this.names[x] : `${say(x)}${mark ? (mark.startsWith("°") ? "°" : ` ${mark}`) : ""}`;
       const values = this.series.map(s => [s, s.points.find(p => p.x === x)]).filter(([, p]) => p).map(([s, p]) => {
         const ends = finite([p.lo, p.hi]) ? [p.lo, p.hi] : null;
-        return `${s.name || name} ${within(p.y, ends)}${suffix}${ends ? ` (${within(p.lo, ends)} to ${within(p.hi, ends)})` : ""}`;
+        return `${s.name || name} ${within(p.y, ends, false)}${suffix}${ends ? ` (${within(p.lo, ends, false)} to ${within(p.hi, ends, false)})` : ""}`;
       });
       const read = `${across} ${place}: ${values.join("; ")}`;
       this.output.textContent = read;
