@@ -34,12 +34,12 @@ def test_printed_times_are_even_within_their_last_digit() -> None:
 
 
 def test_lost_rows_are_missing_frames() -> None:
-    kept = np.array([0, 1, 2, 5, 6])
+    present = np.array([0, 1, 2, 5, 6])
     positions = np.arange(15.0).reshape(5, 1, 3)
     notes: list[str] = []
-    filled, rate = at_equal_intervals(kept / 50.0, positions, None, line, notes)
+    filled, rate = at_equal_intervals(present / 50.0, positions, None, line, notes)
     assert (rate, filled.shape, len(notes)) == (50.0, (7, 1, 3), 1)
-    np.testing.assert_array_equal(filled[kept], positions)
+    np.testing.assert_array_equal(filled[present], positions)
     assert np.isnan(filled[3:5]).all()
     assert "2 frames" in notes[0]
 
