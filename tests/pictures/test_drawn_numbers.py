@@ -56,7 +56,7 @@ class Drawn:
 
 @pytest.fixture
 def drawn(monkeypatch: pytest.MonkeyPatch) -> Drawn:
-    """What the functions that draw hand over to be written."""
+    """Figures and legends that the functions hand over to be written."""
     result = Drawn()
     monkeypatch.setattr("pipeline.pictures.style.finish", result.finish)
     return result
