@@ -184,10 +184,10 @@ def main(arguments: Sequence[str]) -> int:
     """Draw mutants, plant those without a result, and print a table by package."""
     seed, count, *others = arguments
     options = dict(word.partition("=")[::2] for word in others)
-    only = tuple(options.get("only", "").split(","))
+    only = options["only"].split(",") if "only" in options else PACKAGES
     path = ROOT / "results" / "mutants" / f"{seed}.csv"
     path.parent.mkdir(parents=True, exist_ok=True)
-    drawn = islice((m for m in draw(seed) if any(f"/{word}" in f"/{m.file}" for word in only)), int(count))
+    drawn = islice((m for m in draw(seed) if any(f"/{word}/" in f"/{m.file}/" for word in only)), int(count))
     mutants = {key(row_of(mutant)): mutant for mutant in drawn}
     rows = read(path)
     waiting = [k for k in mutants if k not in rows or ("again" in options and not rows[k]["noticed_by"])]

@@ -53,7 +53,7 @@ def variants_of(run: Path) -> dict[str, list[Variant]]:
     """Return the finished variants of a run by figure, in the order of the jobs; two or more for each figure."""
     figures_of: dict[str, list[PublishedFigure]] = {}
     claims: dict[Path, list[dict[str, Any]]] = {}
-    for folder in sorted((path.parent.parent for path in visible(run, f"*/*/{MANIFEST}")), key=_job):
+    for folder in sorted({path.parent.parent for path in visible(run, f"*/*/{MANIFEST}")}, key=_job):
         for figure in sorted(path.parent.name for path in visible(folder, f"*/{MANIFEST}")):
             results = read_published(folder, [figure])
             figures_of.setdefault(figure, []).append(results.figures[figure])

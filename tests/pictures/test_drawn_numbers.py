@@ -1,0 +1,429 @@
+"""Numbers, limits, ticks, labels and legends that a reader of a picture sees, read from the figure that is drawn."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from PIL import Image
+
+from pipeline.charts import Axis, Chart, Lines, Reference, Sheet
+from pipeline.palette import Style, hex_colour
+from pipeline.pictures import style as look
+from pipeline.pictures.charts import draw_charts
+from pipeline.pictures.embedding import embedded, packed_vector, reduced
+from pipeline.pictures.matrix import draw_heat_map
+from pipeline.pictures.motions import draw_motion
+from pipeline.pictures.postures import draw_postures
+from pipeline.pictures.skeletons import draw_skeletons
+from pipeline.pictures.style import Canvas
+from pipeline.pictures.tallies import draw_tallies
+from pipeline.pictures.walking import draw_walking
+from pipeline.scenes import HeatMap, MotionScene, PostureRow, SkeletonRow
+
+BONES = ((0, 1), (1, 2))
+LIMB = np.array([[0.0, 1700.0], [60.0, 900.0], [-210.0, 0.0]])
+RISING = {"x": [0.0, 0.25, 0.5, 0.75, 1.0], "y": [0.0, 0.25, 0.5, 0.75, 1.0]}
+
+
+class Drawn:
+    """The figures that were drawn, and the entries of their legends."""
+
+    def __init__(self) -> None:
+        self.figures: list[Figure] = []
+        self.handles: list[Sequence[Any]] = []
+
+    def finish(self, figure: Figure, canvas: Canvas, handles: Sequence[Any], **_: Any) -> None:
+        self.figures.append(figure)
+        self.handles.append(handles)
+
+    @property
+    def axes(self) -> list[Any]:
+        return self.figures[-1].axes
+
+    @property
+    def legend(self) -> list[tuple[str, str]]:
+        return [(h.get_label(), h.get_color()) for h in self.handles[-1]]
+
+
+@pytest.fixture
+def drawn(monkeypatch: pytest.MonkeyPatch) -> Drawn:
+    """Figures and legends that the functions hand over to be written."""
+    result = Drawn()
+    monkeypatch.setattr("pipeline.pictures.style.finish", result.finish)
+    return result
+
+
+def chart(table: Any = RISING, **options: Any) -> Chart:
+    """A chart of y over x."""
+    return Chart(**{"table": table, "x": "x", "y": "y", "styles": Style("series", "blue"), **options})
+
+
+def draw(*charts: Chart, **options: Any) -> None:
+    """Draw charts as a sheet."""
+    draw_charts(Canvas(Path("picture"), Sheet(charts=charts, **options)))
+
+
+def segments(axes: Any) -> np.ndarray:
+    """Ends (N, 2, 2) of all bones and whiskers."""
+    parts = [c.get_segments() for c in axes.collections if isinstance(c, LineCollection)]
+    return np.array([segment for each in parts for segment in each])
+
+
+# --- charts ------------------------------------------------------------------------------------------------
+
+
+def test_a_line_has_its_numbers_band_and_interval(drawn: Drawn) -> None:
+    table = RISING | {
+        "sd": [0.1] * 5,
+        "y_low": [-0.2, 0.2, 0.4, 0.7, 0.9],
+        "y_high": [0.2, 0.3, 0.6, 0.8, 1.3],
+    }
+    draw(chart(table, band="sd", styles=Style("series", "blue", line="dashed")))
+    (axes,) = drawn.axes
+    (line,) = axes.lines
+    np.testing.assert_array_equal(line.get_xydata(), np.column_stack([RISING["x"], RISING["y"]]))
+    assert (line.get_color(), line.get_linestyle(), line.get_marker()) == (hex_colour("blue"), "--", "none")
+    spans = [area.get_paths()[0].get_extents().intervaly.tolist() for area in axes.collections]
+    assert spans == [pytest.approx([-0.1, 1.1]), pytest.approx([-0.2, 1.3])]
+    assert [area.get_alpha() for area in axes.collections] == [look.BAND_OPACITY, look.INTERVAL_OPACITY]
+    assert axes.get_xlim() == (0.0, 1.0)
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("x", "y")
+
+
+def test_a_series_of_one_point_and_a_series_of_points_have_marks_and_whiskers(drawn: Drawn) -> None:
+    lonely = {"x": [2.0], "y": [3.0], "y_low": [2.5], "y_high": [4.0]}
+    draw(chart(lonely, styles=Style("lonely")), chart(styles=Style("series", "blue", line="points")))
+    for axes in drawn.axes:
+        (line,) = axes.lines
+        assert (line.get_marker(), line.get_linestyle()) == ("o", "None")
+    np.testing.assert_array_equal(segments(drawn.axes[0]), [[[2.0, 2.5], [2.0, 4.0]]])
+    assert drawn.axes[1].get_xlim() == pytest.approx((-0.03, 1.03))
+    assert [(entry.get_label(), entry.get_marker()) for entry in drawn.handles[-1]] == [
+        ("lonely", "o"),
+        ("series", "o"),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("abscissa", "limits", "ticks", "labels"),
+    [
+        (Axis(ticks=0.25), (0.0, 1.0), [0.0, 0.25, 0.5, 0.75, 1.0], None),
+        (Axis(ticks=0.4, limits=(0.4, 1.3)), (0.4, 1.3), [0.4, 0.8, 1.2], None),
+        (Axis(ticks=[0.1, 0.7]), (0.0, 1.0), [0.1, 0.7], None),
+        (Axis(ticks=[0.5, 1.0], log=True, limits=(0.25, 2.0)), (0.25, 2.0), [0.5, 1.0], ["0.5", "1"]),
+    ],
+)
+def test_the_abscissa_has_these_limits_and_ticks(
+    drawn: Drawn, abscissa: Axis, limits: tuple[float, float], ticks: list[float], labels: list[str] | None
+) -> None:
+    draw(chart(abscissa=abscissa))
+    (axes,) = drawn.axes
+    assert axes.get_xlim() == limits
+    np.testing.assert_allclose(axes.get_xticks(), ticks, atol=1e-12)
+    assert axes.get_xscale() == ("log" if abscissa.log else "linear")
+    if labels:
+        assert [label.get_text() for label in axes.get_xticklabels()] == labels
+
+
+@pytest.mark.parametrize(
+    ("options", "top"),
+    [
+        ({}, 1.05 * 1.0),
+        ({"band": "sd"}, 1.05 * 1.5),
+        ({"band": "sd", "times": 1.0, "references": [Reference(y=1.8, published=True)]}, 1.05 * 1.8),
+        ({"references": [Reference(y=1.8)]}, 1.05 * 1.0),
+        ({"band": "wide"}, 1.05 * 2.0),
+    ],
+)
+def test_an_ordinate_from_zero_ends_above_the_lines(
+    drawn: Drawn, options: dict[str, Any], top: float
+) -> None:
+    draw(chart(RISING | {"sd": [0.5] * 5, "wide": [7.0] * 5}, zero=True, **options))
+    assert drawn.axes[0].get_ylim() == pytest.approx((0.0, top))
+    draw(chart(RISING | {"sd": [0.5] * 5, "wide": [7.0] * 5}, zero=True, limits=(-1.0, 3.0), **options))
+    assert drawn.axes[0].get_ylim() == (-1.0, 3.0)
+
+
+def test_panels_stand_in_rows_with_letters_and_one_ordinate(drawn: Drawn) -> None:
+    draw(*[chart(title=name) for name in ("one", "two", "")], columns=2, share_y=True, panel_size=(2.0, 1.5))
+    assert [axes.get_title(loc="left") for axes in drawn.axes] == ["(a) one", "(b) two", "(c)"]
+    assert [axes.get_ylabel() for axes in drawn.axes] == ["y", "", "y"]
+    cells = [axes.get_subplotspec() for axes in drawn.axes]
+    assert [(cell.rowspan.start, cell.colspan.start) for cell in cells] == [(0, 0), (0, 1), (1, 0)]
+    assert drawn.figures[0].get_size_inches().tolist() == pytest.approx([4.1, 3.1])
+    draw(chart(title="alone"))
+    assert drawn.axes[0].get_title(loc="left") == "alone"
+    draw(chart(title="one"), chart(title="two"), letters=False, columns=2)
+    assert [axes.get_title(loc="left") for axes in drawn.axes] == ["one", "two"]
+    assert [axes.get_ylabel() for axes in drawn.axes] == ["y", "y"]
+
+
+def test_names_are_rows_from_the_top_with_numbers_along_the_abscissa(drawn: Drawn) -> None:
+    table = {"x": ["a", "c"], "y": [1.0, 4.0], "y_low": [0.5, 3.0], "y_high": [2.0, 5.0]}
+    names = Axis(words={"a": "first", "b": "heading", "c": "last"}, label="names")
+    rows = chart(table, abscissa=names, zero=True, label="Error", unit="mm")
+    draw(rows, rows, columns=2)
+    left, right = drawn.axes
+    assert [label.get_text() for label in left.get_yticklabels()] == ["first", "heading", "last"]
+    assert [label.get_fontweight() for label in left.get_yticklabels()] == ["normal", "bold", "normal"]
+    assert left.get_ylim() == (2.5, -0.5)
+    np.testing.assert_array_equal(left.lines[0].get_xydata(), [[1.0, 0.0], [4.0, 2.0]])
+    np.testing.assert_array_equal(segments(left), [[[0.5, 0.0], [2.0, 0.0]], [[3.0, 2.0], [5.0, 2.0]]])
+    assert left.get_xlim()[0] == 0.0
+    assert (left.get_xlabel(), left.get_ylabel(), right.get_ylabel()) == ("Error (mm)", "names", "")
+    assert not right.yaxis.get_tick_params()["labelleft"]
+
+
+def test_names_at_the_ends_of_lines_do_not_overlap(drawn: Drawn) -> None:
+    tables = {"x": [0.0, 1.0], "y": [0.0, 1.0], "z": [0.0, 0.99], "w": [0.5, 0.2]}
+    also = [Lines(table=tables, y=name, styles=Style(name, "orange")) for name in ("z", "w")]
+    draw(chart(tables, also=also, named=True, limits=(0.0, 2.0)))
+    heights = {text.get_text(): text.get_position() for text in drawn.axes[0].texts}
+    assert heights == {
+        "w": pytest.approx((1.02, 0.1)),
+        "z": pytest.approx((1.02, 0.495)),
+        "series": pytest.approx((1.02, 0.575)),
+    }
+    assert drawn.legend == []
+
+
+@pytest.mark.parametrize(
+    ("reference", "ends", "label"),
+    [
+        # y = x in limits 0 to 1: at the left the data are low, so a label at the top is farther from them.
+        (Reference(x=0.1, label="r"), [[0.1, 0.0], [0.1, 1.0]], (0.112, 0.96, "left", "top")),
+        (Reference(x=0.9, label="r"), [[0.9, 0.0], [0.9, 1.0]], (0.888, 0.04, "right", "bottom")),
+        (Reference(y=0.1, label="r"), [[0.0, 0.1], [1.0, 0.1]], (0.985, 0.115, "right", "bottom")),
+        (Reference(y=0.85, label="r"), [[0.0, 0.85], [1.0, 0.85]], (0.015, 0.865, "left", "bottom")),
+        (Reference(y=0.95, label="r"), [[0.0, 0.95], [1.0, 0.95]], (0.015, 0.935, "left", "top")),
+        (Reference(x=0.3, y=0.4, label="r"), [[0.3, 0.4]], (0.325, 0.4, "left", "bottom")),
+        (Reference(x=0.7, y=0.6, label="r"), [[0.7, 0.6]], (0.675, 0.6, "right", "top")),
+    ],
+)
+def test_a_reference_is_labelled_away_from_the_data(
+    drawn: Drawn, reference: Reference, ends: list[list[float]], label: tuple[float, float, str, str]
+) -> None:
+    draw(chart(references=[reference], limits=(0.0, 1.0)))
+    (axes,) = drawn.axes
+    np.testing.assert_allclose(axes.lines[-1].get_xydata(), ends)
+    (text,) = axes.texts
+    assert text.get_position() == pytest.approx(label[:2])
+    assert (text.get_ha(), text.get_va()) == label[2:]
+
+
+def test_the_first_of_two_neighbours_is_labelled_on_the_other_side(drawn: Drawn) -> None:
+    draw(chart(references=[Reference(x=0.3, label="p"), Reference(x=0.4, label="q")], limits=(0.0, 1.0)))
+    assert [text.get_ha() for text in drawn.axes[0].texts] == ["right", "left"]
+    draw(chart(references=[Reference(y=0.3, label="p"), Reference(y=0.4, label="q")], limits=(0.0, 1.0)))
+    assert [text.get_va() for text in drawn.axes[0].texts] == ["top", "bottom"]
+    draw(chart(references=[Reference(y=0.3, label="p"), Reference(y=0.5, label="q")], limits=(0.0, 1.0)))
+    assert [text.get_va() for text in drawn.axes[0].texts] == ["bottom", "bottom"]
+
+
+def test_lines_through_the_origin_and_below_a_series_are_in_the_legend(drawn: Drawn) -> None:
+    references = [
+        Reference(slope=0.5, label="half"),
+        Reference(below="y", percent=20.0, label="a fifth below", published=True),
+    ]
+    draw(chart(references=references, styles={"y": Style("series", "blue")}))
+    _, half, below = drawn.axes[0].lines
+    np.testing.assert_allclose(half.get_xydata(), [[0.0, 0.0], [1.0, 0.5]])
+    np.testing.assert_allclose(below.get_ydata(), 0.8 * np.array(RISING["y"]))
+    assert drawn.legend == [
+        ("series", hex_colour("blue")),
+        ("half", hex_colour("reference")),
+        ("a fifth below", hex_colour("published")),
+    ]
+
+
+# --- other pictures ----------------------------------------------------------------------------------------
+
+
+def test_a_heat_map_is_over_its_samples_with_the_path_and_the_closed_outline(drawn: Drawn) -> None:
+    matrix = HeatMap(
+        values=np.array([[0.0, 1.0, 4.0], [np.nan, 9.0, 2.0]]), x=np.arange(3), y=np.arange(-1, 1),
+        path=np.array([0, -1, 0]), outline=np.array([[0.0, -1.0], [2.0, -1.0], [2.0, 0.0]]), title="costs",
+        xlabel="sample", ylabel="disparity", bar="cost", path_label="path", outline_label="trellis",
+    )  # fmt: skip
+    draw_heat_map(Canvas(Path("picture"), Sheet(charts=[chart(), chart()])), matrix)
+    axes = drawn.axes[0]
+    (image,) = axes.images
+    assert tuple(image.get_extent()) == (-0.5, 2.5, -1.5, 0.5)
+    assert (axes.get_xlim(), axes.get_ylim()) == ((-0.5, 2.5), (-1.5, 0.5))
+    assert (image.norm.vmin, image.norm.vmax, image.norm(2.25)) == (0.0, 9.0, pytest.approx(0.5))
+    assert image.get_array()[1, 0] is np.ma.masked
+    outline, path = (line.get_xydata().tolist() for line in axes.lines)
+    assert outline == [[0.0, -1.0], [2.0, -1.0], [2.0, 0.0], [0.0, -1.0]]
+    assert path == [[0.0, 0.0], [1.0, -1.0], [2.0, 0.0]]
+    assert [name for name, _ in drawn.legend] == ["path", "trellis", "series"]
+    assert [cell.rowspan.start for cell in (a.get_subplotspec() for a in drawn.axes[2:4])] == [0, 1]
+
+
+def test_postures_share_a_scale_and_the_middle_of_the_original(drawn: Drawn) -> None:
+    row = PostureRow(
+        label="0°", original=np.tile(LIMB, (3, 1, 1)), reconstructed=np.tile(LIMB + 20, (3, 1, 1))
+    )
+    aside = np.array([500.0, 0.0])
+    moved = replace(row, label="30°", original=row.original + aside, reconstructed=row.reconstructed + aside)
+    rings = replace(moved, estimated=np.array([False, True, False]))
+    draw_postures(Canvas(Path("picture")), [("(a)", [row, rings])], BONES)
+    (axes,) = drawn.axes
+    # The widest figure reaches 180 from its middle, and a figure is 1720 high: 0.45 of that is the larger step.
+    step, drop = 0.45 * 1720.0, 1.12 * 1720.0
+    centred = LIMB + np.array([50.0, 0.0])
+    expected = [
+        np.stack([centred[a], centred[b]]) + [step * k, -drop * i] + (20.0 if which else 0.0)
+        for i in range(2)
+        for which in range(2)
+        for k in range(3)
+        for a, b in BONES
+    ]
+    np.testing.assert_allclose(segments(axes), expected)
+    ringed = np.array([line.get_xydata() for line in axes.lines])
+    np.testing.assert_allclose(ringed[0], [centred[1] + [step * k, -drop] for k in range(3)])
+    np.testing.assert_allclose(ringed[1], ringed[0] + 20.0)
+    assert [text.get_text() for text in axes.texts] == ["0°", "30°"]
+    assert [text.get_position()[1] for text in axes.texts] == pytest.approx([860.0, 860.0 - drop])
+    low, high = axes.get_ylim()
+    assert high == pytest.approx(1720.0 + 0.02 * drop)
+    assert low == pytest.approx(0.94 * 1720.0 + 0.08 * drop - 2 * drop)
+    assert [name for name, _ in drawn.legend] == ["original", "reconstructed", "joint that was not measured"]
+
+
+def test_skeletons_are_drawn_over_the_mean_and_one_by_one(drawn: Drawn) -> None:
+    others = LIMB + 10.0 * np.arange(1, 5)[:, None, None]
+    row = SkeletonRow(label="frame 1", centre=LIMB, others=others, separate=(3, 1))
+    draw_skeletons(Canvas(Path("picture")), [row], BONES, legend=("mean", "sample"))
+    (axes,) = drawn.axes
+    left, right = -210.0, 60.0 + 40.0
+    step = 1.04 * (right - left)
+    next_one = np.array([step, 0.0])
+    bones = np.array([[LIMB[a], LIMB[b]] for a, b in BONES])
+    expected = [
+        *[bones + 10.0 * n for n in range(1, 5)],
+        bones, bones + next_one, bones + 2 * next_one,
+        bones + 40.0 + next_one, bones + 20.0 + 2 * next_one,
+    ]  # fmt: skip
+    np.testing.assert_allclose(segments(axes), np.concatenate(expected))
+    assert axes.get_xlim() == pytest.approx((left, left + 3 * step))
+    low, high = axes.get_ylim()
+    assert low < 0.0 < 1740.0 < high < 1.3 * 1740.0
+    assert [name for name, _ in drawn.legend] == ["mean", "sample", "mean, to compare"]
+    np.testing.assert_array_equal(axes.lines[0].get_ydata(), [0.0, 0.0])
+
+
+def test_a_motion_is_drawn_side_by_side_over_the_truth_with_its_plan(drawn: Drawn) -> None:
+    truth = np.tile(LIMB, (2, 1, 1))
+    ground = np.array([[0.0, 0.0], [100.0, 300.0]])
+    path, footprint = np.array([[5.0, 1.0], [9.0, 4.0]]), np.array([[5.0, 1.0], [0.0, 8.0], [8.0, 8.0]])
+    scene = MotionScene(
+        image=truth, rows=[("from aside", truth + 20.0, truth, "blue")], ground=ground,
+        cameras=[("first", "orange", path, footprint), ("second", "orange", path + 1.0, footprint)],
+    )  # fmt: skip
+    draw_motion(Canvas(Path("picture"), Sheet(charts=[chart()])), scene, BONES)
+    image, row, plan = drawn.axes[:3]
+    assert [axes.get_title() or axes.get_title(loc="left") for axes in (image, row, plan)] == [
+        "what the camera saw", "from aside", "from above",
+    ]  # fmt: skip
+    middle = LIMB.mean(axis=0)
+    bones = np.array([[LIMB[a] - middle, LIMB[b] - middle] for a, b in BONES])
+    original, body = segments(row)[:4], segments(row)[4:]
+    step = original[2, 0, 0] - original[0, 0, 0]
+    np.testing.assert_allclose(original, np.concatenate([bones, bones + np.array([step, 0.0])]))
+    np.testing.assert_allclose(body, original + 20.0)
+    tall = 2.1 * middle[1]  # the feet are farther from the middle than the head
+    assert row.get_ylim() == pytest.approx((-0.5 * tall, 0.5 * tall))
+    assert row.get_xlim() == pytest.approx((-0.5 * step, 1.5 * step))
+    assert step == pytest.approx(tall * 5.0 / (1.3 * 2))
+    walked, *cameras = [line.get_xydata().tolist() for line in plan.lines]
+    assert walked == ground.tolist()
+    assert cameras == [path.tolist(), [[5.0, 1.0]], (path + 1.0).tolist(), [[5.0, 1.0]]]
+    assert [list(note.xy) for note in plan.texts] == [[5.0, 1.0], [10.0, 5.0]]
+    assert [patch.get_xy()[:3].tolist() for patch in plan.patches] == [footprint.tolist()] * 2
+    assert [name for name, _ in drawn.legend] == ["truth", "series"]
+
+
+def test_counts_are_stacked_bars(drawn: Drawn) -> None:
+    rows = [("one paper", {"agrees": 3, "differs": 1}), ("another", {"agrees": 5}), ("none", {"differs": 0})]
+    draw_tallies(Canvas(Path("picture")), rows, {"agrees": "green", "differs": "amber", "unknown": "grey"})
+    (axes,) = drawn.axes
+    bars = [(p.get_x(), p.get_width(), p.get_y() + 0.5 * p.get_height()) for p in axes.patches]
+    assert bars == [(0, 3, 0.0), (3, 1, 0.0), (0, 5, 1.0)]
+    numbers = [(text.get_text(), *text.get_position(), text.get_color()) for text in axes.texts]
+    assert numbers == [("3", 1.5, 0, "white"), ("1", 3.5, 0, "black"), ("5", 2.5, 1, "white")]
+    assert (axes.get_xlim(), axes.get_ylim()) == ((0.0, 5.0), (2.5, -0.5))
+    assert [label.get_text() for label in axes.get_yticklabels()] == ["one paper", "another", "none"]
+    assert drawn.legend == [("agrees", hex_colour("green")), ("differs", hex_colour("amber"))]
+    assert drawn.figures[0].get_size_inches()[1] == pytest.approx(1.0)
+
+
+def test_a_walker_fills_most_of_the_height_and_stays_upright(tmp_path: Path) -> None:
+    draw_walking(
+        tmp_path / "a.svg", bones=BONES, observed=LIMB[None], original=LIMB[None], reconstructed=LIMB[None],
+        seconds=1.0, estimated=np.zeros(3, bool), words=(("left", "below"), ("right", "under")), still=0,
+    )  # fmt: skip
+    text = (tmp_path / "a.svg").read_text(encoding="utf-8")
+    dots = [part for part in text.split('d="') if "h0" in part.partition('"')[0]]
+    points, body = (
+        np.array(
+            [
+                [float(v) for v in dot.split()]
+                for dot in part.partition('"')[0][1:].replace("h0", "").split("M")
+            ]
+        )
+        for part in dots
+    )
+    scale = (points[2, 1] - points[0, 1]) / 1700.0
+    np.testing.assert_allclose(points - points[0], scale * (LIMB - LIMB[0]) * [1, -1], atol=0.11)
+    np.testing.assert_allclose(body - body[0], points - points[0], atol=0.11)
+    assert body[0, 0] > points[0, 0] + 100.0
+    rise = float(text.partition('viewBox="0 0 ')[2].split()[1].rstrip('"'))
+    assert 0.6 * rise < points[2, 1] - points[0, 1] < 0.95 * rise
+
+
+# --- files that pages embed --------------------------------------------------------------------------------
+
+
+def test_a_picture_is_made_narrower_and_never_wider(tmp_path: Path) -> None:
+    path = tmp_path / "a.png"
+    Image.new("RGB", (401, 150), (10, 200, 30)).save(path)
+    assert reduced(path, 100)[1:] == (100, 37)
+    assert reduced(path, 401)[1:] == reduced(path, 9999)[1:] == (401, 150)
+    described = embedded(path, 100)
+    assert (described["width"], described["height"]) == (100, 37)
+    kind, _, text = described["uri"].partition(",")
+    assert (kind, base64.b64decode(text)[8:12]) == ("data:image/webp;base64", b"WEBP")
+
+
+def test_a_vector_picture_is_packed_with_its_size_if_it_is_short(tmp_path: Path) -> None:
+    path = tmp_path / "a.svg"
+    path.write_text('<svg xmlns="x" width="100.6pt" height="50.2pt">' + "<g/>" * 50 + "</svg>")
+    described = packed_vector(path, 9999)
+    assert described is not None
+    assert (described["width"], described["height"]) == (101, 50)
+    assert gzip.decompress(base64.b64decode(described["packed"])) == path.read_bytes()
+    assert packed_vector(path, len(described["packed"])) == described
+    assert packed_vector(path, len(described["packed"]) - 1) is None
+    path.write_text("<svg></svg>")
+    assert packed_vector(path, 9999) is None
+
+
+def test_a_legend_has_as_many_columns_as_fit() -> None:
+    heights = {}
+    with look.applied_style():
+        for name in ("short", "a name of a series that takes about a third of the width"):
+            figure = look.new_figure(99.0, 3.0)
+            assert figure.get_size_inches().tolist() == [look.MAX_WIDTH, 3.0]
+            handles = [look.legend_handle(name, "black") for _ in range(6)]
+            heights[len(name)] = look._legend_above(figure, handles)
+    # Six short names are one line; of the long ones two are side by side.
+    assert list(heights.values()) == pytest.approx([0.24, 0.24 + 2 * 1.5 * 8 / 72])
