@@ -177,7 +177,7 @@ def as_written(where: object) -> Iterator[None]:
         yield
     except InvalidInput:
         raise
-    except (KeyError, IndexError, TypeError, ValueError, AttributeError) as error:
+    except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
         what = "another version wrote these files, or they were changed: make the figure again"
         raise InvalidInput(f"{fault_of(error)}: {what}", where, code="other_version") from error
 

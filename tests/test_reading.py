@@ -8,8 +8,10 @@ import io
 import os
 import socket
 import stat
+import struct
 import sys
 import zipfile
+import zlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypedDict
@@ -20,7 +22,7 @@ import pytest
 from pipeline import reading
 from pipeline.reading import MAX_DEPTH, read_arrays, read_file, read_json, unpacked
 from pipeline.validation import fits, is_relative
-from tests.rejects import rejects
+from tests.rejects import PYTHON, rejects
 
 
 def _pipe(path: Path) -> None:
@@ -219,3 +221,35 @@ def test_a_name_that_leaves_its_folder_is_not_a_plain_relative_path(name: object
     assert not is_relative(name)
     assert is_relative("zhang2007_fig5/table_=1.csv")
     assert is_relative("..a/.b")
+
+
+def _error_of(read: Callable[[], object]) -> Exception:
+    try:
+        read()
+    except Exception as error:
+        return error
+    raise AssertionError("no error")
+
+
+@pytest.mark.parametrize(
+    ("read", "words"),
+    [
+        (lambda: {}["id"], "an entry is missing: 'id'"),
+        (lambda: [][0], "values are missing"),
+        (lambda: len(3), "a value has another type than expected"),  # type: ignore[arg-type]
+        (lambda: b"\xff".decode(), "a text is not UTF-8"),
+        (lambda: zipfile.ZipFile(io.BytesIO(b"x")), "the archive is damaged"),
+        (lambda: zlib.decompress(b"x"), "the archive is damaged"),
+        (lambda: struct.unpack("<d", b"x"), "the file is truncated"),
+        (lambda: np.zeros(3).reshape(2, 2), "the array is truncated"),
+        (lambda: np.frombuffer(b"xyz", np.int64), "the array is truncated"),
+        (lambda: io.BytesIO(b"x").seek(-1), "the array is truncated"),
+        (lambda: 1 // 0, "a number is too large, too small or zero"),
+        (lambda: int(float("inf")), "a number is too large, too small or zero"),
+        (lambda: float("x"), "a value cannot be used"),
+        (lambda: Path("/nowhere").read_bytes(), "No such file or directory"),
+    ],
+)
+def test_an_error_is_described_without_the_words_of_python(read: Callable[[], object], words: str) -> None:
+    assert reading.fault_of(_error_of(read)) == words
+    assert not PYTHON.search(words)

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from pipeline.validation import InvalidInput
+
 ROOT = Path(__file__).parents[1]
 CODED = ("pipeline", "walk3d")
 
@@ -24,3 +26,11 @@ def test_every_rejection_has_a_code(part: str) -> None:
         }
     assert rejections
     assert not [at for at, names in rejections.items() if not names & {"code", None}]
+
+
+def test_a_long_name_is_shortened_and_a_path_is_whole() -> None:
+    path = Path("/home") / "/".join(["person", "recordings"] * 14) / "walk.c3d"
+    assert str(InvalidInput("the file is truncated", path)) == f"{path}: the file is truncated"
+    name = "left" * 500
+    sentence = str(InvalidInput(f"two columns have the name {name!r}", "a.csv"))
+    assert sentence == f"a.csv: two columns have the name '{name[:59]}…{name[-59:]}'"

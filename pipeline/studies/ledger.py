@@ -13,6 +13,7 @@ import pandas as pd
 from pipeline import papers
 from pipeline.clips import one_person
 from pipeline.core import bootstrap
+from pipeline.reading import as_written
 from pipeline.storage import tables
 from pipeline.storage.sealed_folders import read_manifest
 from pipeline.studies import evaluation
@@ -370,9 +371,10 @@ def judge_folder(
                     code="other_result",
                 )
     figure_tables = read_folder(folder, sorted(read))
-    return judge(
-        claims, figure_tables, data_name, measures=measures, smoke=SMOKE in scales, overridden=overridden
-    )
+    with as_written(folder):
+        return judge(
+            claims, figure_tables, data_name, measures=measures, smoke=SMOKE in scales, overridden=overridden
+        )
 
 
 def read_folder(folder: Path, figures: Sequence[str]) -> dict[str, pd.DataFrame]:

@@ -17,6 +17,7 @@ import pandas as pd
 
 from pipeline import papers
 from pipeline.papers import Agreement, Beyond, Kind, placeholders
+from pipeline.reading import as_written
 from pipeline.storage import tables
 from pipeline.storage.sealed_folders import read_manifest
 from pipeline.studies.evaluation import Registry
@@ -78,7 +79,8 @@ def measured(
             code="uncommitted_changes",
         )
     by_name = read_folder(folder, figures)
-    values = numbers_of(names_quoted(layout), by_name, measures)
+    with as_written(folder):
+        values = numbers_of(names_quoted(layout), by_name, measures)
     items = [papers.quantity(name) for name in values]
     rows = [
         (item.figure, item.name, values[item.name].value, item.unit)

@@ -14,13 +14,17 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pipeline.cli.durations import durations
 from pipeline.cli.main import main
 from pipeline.report import document, players
 from pipeline.report.light import keep_light
-from pipeline.storage import archive
+from pipeline.storage import archive, tables
 from pipeline.storage.publishing import publish
 from pipeline.storage.sealed_folders import MANIFEST, digest, read_manifest, write_manifest
 from pipeline.storage.store import Store
+from pipeline.studies.ledger import judge_folder
+from pipeline.studies.published import COLUMNS, filled
+from pipeline.studies.registry import all_measures
 from tests.processes import WAIT_S
 from tests.rejects import rejects
 from tests.report.planted import CLAIM, plant
@@ -213,6 +217,28 @@ def test_a_page_of_figures_with_other_content_is_a_sentence(tmp_path: Path, way:
     folder = plant(tmp_path / "synthetic" / "smoke" / FIGURE, **output | spoil)
     with rejects("other_version", where):
         document.write_page(folder.parent, [FIGURE])
+
+
+def test_claims_on_a_table_that_lacks_a_column_are_a_sentence(tmp_path: Path) -> None:
+    folder = plant(tmp_path / "synthetic" / "smoke" / FIGURE)
+    (folder / "table_ingest.csv").write_text("person,verdict,reason\na,kept,short\n")
+    sealed_with()(folder)
+    with rejects("other_version", "smoke") as refusal:
+        judge_folder(folder.parent, "synthetic", [FIGURE], measures=all_measures())
+    assert refusal.value.what.startswith("an entry is missing: 'clip'")
+
+
+@pytest.mark.parametrize("header", ["command", "wall_s", "command,wall_s\na,x\n"])
+def test_durations_of_another_form_are_a_sentence(tmp_path: Path, header: str) -> None:
+    (tmp_path / "durations.csv").write_text(header)
+    rows = tables.read_rows(tmp_path / "durations.csv") or [dict.fromkeys(header.split(","), "1")]
+    with rejects("not_understood", "durations.csv"):
+        durations(rows)
+
+
+def test_published_numbers_without_a_column_are_a_sentence() -> None:
+    with rejects("no_column", "published.csv", column="commit"):
+        filled({}, {name: np.zeros(1) for name in COLUMNS if name != "commit"})
 
 
 def test_a_picture_and_a_chart_that_are_none_are_sentences(tmp_path: Path) -> None:
