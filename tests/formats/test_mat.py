@@ -12,8 +12,10 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from pipeline import formats
+from pipeline import formats, joints
 from pipeline.formats.budget import MIN_BYTES, PER_BYTE
+from pipeline.skeleton import WALKER15
+from pipeline.synthetic import walkers
 from tests.formats.contract import check_contract
 from tests.rejects import rejects
 
@@ -109,6 +111,72 @@ def test_what_is_no_trial_is_refused(
 ) -> None:
     with rejects(code, "a.mat"):
         formats.read(written(tmp_path / "a.mat", variables, compressed=compressed))
+
+
+def toolbox(positions: np.ndarray, names: list[str], rate: float = 120.0) -> dict[str, Any]:
+    """Return a struct of the MoCap Toolbox."""
+    labels = np.empty((len(names), 1), object)
+    labels[:, 0] = names
+    return {
+        "type": "MoCap data", "filename": "walk.tsv", "nFrames": float(len(positions)), "nCameras": 8.0,
+        "nMarkers": float(len(names)), "freq": rate, "timederOrder": 0.0, "markerName": labels,
+        "data": positions.reshape(len(positions), -1), "other": {"descr": "DESCRIPTION\t--"},
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("compressed", [False, True])
+def test_a_struct_of_the_mocap_toolbox(compressed: bool, tmp_path: Path) -> None:
+    positions = np.random.default_rng(1).normal(0.0, 500.0, (6, 3, 3))
+    positions[2, 1] = np.nan
+    take = toolbox(positions, ["Hip_FL", "Knee_L", "Toe_L"])
+    motion = formats.read(written(tmp_path / "a.mat", {"walk1": take}, compressed=compressed), units="mm")
+    check_contract(motion)
+    assert (motion.names, motion.frame_rate_hz) == (("Hip_FL", "Knee_L", "Toe_L"), 120.0)
+    np.testing.assert_array_equal(motion.positions_mm, positions)
+    assert formats.read(tmp_path / "a.mat").units_assumed
+
+
+def test_several_structs_of_the_mocap_toolbox_are_several_people(tmp_path: Path) -> None:
+    output = walkers.walking_population(
+        np.random.default_rng(8), male=1, female=1, duration_s=3.0, frame_rate_hz=40.0
+    )
+    first, second = output.positions_mm
+    takes = {"walk1": (first, 40.0), "walk2": (second[:90] + 3000.0, 40.0)}
+    structs = {name: toolbox(take, list(WALKER15.joints), rate) for name, (take, rate) in takes.items()}
+    path = written(tmp_path / "a.mat", structs)
+    positions, valid = joints(formats.read(path), subject="walk2")
+    np.testing.assert_allclose(positions[:90], second[:90] + 3000.0, atol=1e-6)
+    assert valid.sum(axis=0).tolist() == [90] * 15
+    structs["walk2"] = toolbox(second, list(WALKER15.joints), 50.0)
+    with rejects("unknown_rate", "a.mat"):
+        formats.read(written(tmp_path / "a.mat", structs))
+
+
+@pytest.mark.parametrize("form", ["(T, 3)", "(3, T)", "(4, T)", "fields"])
+def test_one_matrix_for_each_marker(form: str, tmp_path: Path) -> None:
+    """Other matrices, and those of another length, are left out; a rate next to them is used."""
+    positions = np.random.default_rng(1).normal(0.0, 0.5, (7, 3, 3))
+    points = dict(zip(("LASI", "RASI", "SACR"), positions.swapaxes(0, 1), strict=True))
+    if form in ("(3, T)", "(4, T)"):
+        homogeneous = np.ones((1 if form == "(4, T)" else 0, 7))
+        points = {name: np.concatenate([value.T, homogeneous]) for name, value in points.items()}
+    others = {"force": np.zeros((70, 6)), "events": np.zeros((9, 3)), "Fs": 100.0, "note": "text"}
+    markers = {"markers": points} if form == "fields" else points
+    motion = formats.read(written(tmp_path / "a.mat", {**markers, **others}), units="m")
+    assert (motion.names, motion.frame_rate_hz) == (("LASI", "RASI", "SACR"), 100.0)
+    np.testing.assert_allclose(motion.positions_mm, 1000.0 * positions)
+    del others["Fs"]
+    written(tmp_path / "a.mat", {**markers, **others})
+    with rejects("unknown_rate", "a.mat"):
+        formats.read(tmp_path / "a.mat")
+    assert formats.read(tmp_path / "a.mat", frame_rate_hz=50.0).frame_rate_hz == 50.0
+
+
+def test_without_markers_the_content_is_listed(tmp_path: Path) -> None:
+    path = written(tmp_path / "a.mat", {"force": np.zeros((70, 6)), "info": {"who": "anna", "age": 30.0}})
+    with rejects("wrong_format", "a.mat") as refusal:
+        formats.read(path)
+    assert "force (70, 6), age (1, 1), struct info (who, age)" in str(refusal.value)
 
 
 def test_hdf5_is_refused_with_what_to_do(tmp_path: Path) -> None:

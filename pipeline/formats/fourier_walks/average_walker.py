@@ -168,7 +168,7 @@ def mean_walkers(path: Path) -> dict[str, FourierWalk]:
 
 
 def read_mat(path: Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
-    """Read a MAT file: walkers as Fourier series, each as a person, or a trial of Qualisys Track Manager.
+    """Read a MAT file: walkers as Fourier series, each as a person, or markers.
 
     Parameters
     ----------
