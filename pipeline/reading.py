@@ -261,7 +261,8 @@ def read_arrays(
                     raise InvalidInput(what, path, code="truncated")
                 member.seek(0)
                 name = entry.filename.removesuffix(".npy")
-                arrays[name] = np.lib.format.read_array(member, allow_pickle=False)
+                array = np.lib.format.read_array(member, allow_pickle=False)
+                arrays[name] = array.astype(dtype.newbyteorder("="), copy=False)
     except InvalidInput:
         raise
     except (KeyError, ValueError, AttributeError, NotImplementedError, EOFError, RuntimeError, zipfile.BadZipFile,

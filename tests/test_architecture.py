@@ -473,6 +473,8 @@ def _complaints(name: str, thing: Any) -> list[str]:
     first = docstring.split("\n\n")[0]
     if not first.endswith((".", "::")):
         wrong.append(f"{name}: the first sentence does not end: {first!r}")
+    if re.search(r"^ +-{3,}$", docstring, re.MULTILINE):  # no tool reads it, nor the store the shapes
+        wrong.append(f"{name}: a heading is indented")
     actual = [p for p in inspect.signature(thing).parameters if p != "self"]
     documented = [p.lstrip("*") for p in _section(docstring, "Parameters")]
     if documented and documented != actual:

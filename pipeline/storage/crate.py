@@ -100,7 +100,7 @@ def _purl(name: str) -> str:
 
 def _licences(name: str) -> dict[str, Any]:
     """Return the licence that a package states: an SPDX expression, classifiers, or the first line of a text."""
-    stated = metadata.metadata(name)
+    stated: Any = metadata.metadata(name)
     if expression := stated.get("License-Expression"):
         return {"licenses": [{"expression": expression}]}
     classes = [

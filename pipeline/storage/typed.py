@@ -113,7 +113,7 @@ def _require_axes(name: str, array: np.ndarray, axes: list[str], text: bool, siz
     the same size in all arrays of a dataclass; the function adds new letters to `sizes`.
     """
     more = array.ndim - len(axes)
-    fit = more in ((0, 1) if "." in name else (0,)) and text == (array.dtype.kind in "US")
+    fit = more in ((0, 1) if "." in name else (0,)) and array.dtype.kind in ("US" if text else "biuf")
     for size, axis in zip(array.shape[max(more, 0) :], axes, strict=False):
         if axis.isdigit():
             fit = fit and size == int(axis)

@@ -17,8 +17,26 @@ import pytest
 from pipeline.stages.artefacts import Stored, stored
 from pipeline.storage.sealed_folders import read_manifest, write_manifest
 from pipeline.storage.store import Store, packed
-from pipeline.storage.typed import pack, result_type, unpack
+from pipeline.storage.typed import _axes, pack, result_type, unpack
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 from tests.rejects import rejects
+
+
+def test_the_shapes_of_a_data_set_are_compared_with_its_docstring() -> None:
+    sizes = {"R": 4, "H": 2, "1 + 2H": 5}
+    arrays = {
+        name: np.full([sizes.get(axis) or int(axis) for axis in axes], "a" if text else 1)
+        for name, (axes, text) in _axes(FourierSamples).items()
+    }
+    notes = {"frequency": True, "words": "4 walks"}
+    assert unpack(FourierSamples, arrays, notes).clip.shape == (4,)
+    for name, wrong in (
+        ("clip", np.full(3, "a")),
+        ("scale", np.full(4, "a")),
+        ("scale", np.ones(4, complex)),
+    ):
+        with rejects("wrong_shape", name):
+            unpack(FourierSamples, arrays | {name: wrong}, notes)
 
 
 @dataclass(frozen=True)

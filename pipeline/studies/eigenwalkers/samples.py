@@ -63,26 +63,26 @@ class Selection(StrEnum):
 class FourierSamples:
     """Fourier representations of the chosen walks.
 
-        Attributes
-        ----------
-        coefficients : (R, 1 + 2H, 15, 3)
-            Millimetres, in the order p0, p1, q1, p2, q2, …
-        frequency_hz, phase_rad : (R,)
-        variance_fractions : (R, H)
-        residual_fraction : (R,)
-        residual_covariance, temporal_covariance : (R, 15, 3, 3)
-            Square millimetres.
-        walk : (R,) int
-            Number of the clip of each sample.
-        scale : (R,)
-            Factor of the size normalisation.
-        person, clip, source : (R,) text
-        unmeasured : (R, 15) bool
-            Joints that are estimated, or dropped for all walks; they have no error.
-        frequency : bool
-    True if the frequency is one of the numbers of a walker [zhang2004 2].
-        words : str
-            Number of samples in words, for captions.
+    Attributes
+    ----------
+    coefficients : (R, 1 + 2H, 15, 3)
+        Millimetres, in the order p0, p1, q1, p2, q2, …
+    frequency_hz, phase_rad : (R,)
+    variance_fractions : (R, H)
+    residual_fraction : (R,)
+    residual_covariance, temporal_covariance : (R, 15, 3, 3)
+        Square millimetres.
+    walk : (R,) int
+        Number of the clip of each sample.
+    scale : (R,)
+        Factor of the size normalisation.
+    person, clip, source : (R,) text
+    unmeasured : (R, 15) bool
+        Joints that are estimated, or dropped for all walks; they have no error.
+    frequency : bool
+        True if the frequency is one of the numbers of a walker [zhang2004 2].
+    words : str
+        Number of samples in words, for captions.
     """
 
     coefficients: np.ndarray

@@ -114,30 +114,30 @@ def held_out(
 class Method:
     """A method that reconstructs a walk from one view.
 
-        Attributes
-        ----------
-        name : str
-            Name in options, tables and recordings.
-        style : Style
-            Label, colour and line in pictures and recordings.
-        reconstruct : callable
-    Takes the `Fold`, the `Walk` and views (A,) in rad; returns the missing dimension (A, 5, 15) in mm at phase
-            zero, or a `Reconstruction`.
-        estimate : callable, optional
-            Takes the `Fold`, the `Walk` and views (A,) in rad, which it may use only through `Walk.observed`; returns a
-            `ViewEstimate`.  A method without this function needs a known view.
-        title : str
-            Short title of panels; the style's label by default.
-        baseline : str
-            Name of the baseline that claims compare the method with; empty for none.
-        prepare : callable, optional
-            Takes the data set; returns the data that all folds share, before the folds are divided among processes.
-        files : sequence of Path
-            Files that the method reads; results are recomputed if they change.
-        of_other_people : bool
-            True if the method brings a model of people outside the data: ``model.prior=NAME`` adds it.
-        source : str
-            Module of the plug-in with the method; results are recomputed if the module changes.
+    Attributes
+    ----------
+    name : str
+        Name in options, tables and recordings.
+    style : Style
+        Label, colour and line in pictures and recordings.
+    reconstruct : callable
+        Takes the `Fold`, the `Walk` and views (A,) in rad; returns the missing dimension (A, 5, 15) in mm at phase
+        zero, or a `Reconstruction`.
+    estimate : callable, optional
+        Takes the `Fold`, the `Walk` and views (A,) in rad, which it may use only through `Walk.observed`; returns a
+        `ViewEstimate`.  A method without this function needs a known view.
+    title : str
+        Short title of panels; the style's label by default.
+    baseline : str
+        Name of the baseline that claims compare the method with; empty for none.
+    prepare : callable, optional
+        Takes the data set; returns the data that all folds share, before the folds are divided among processes.
+    files : sequence of Path
+        Files that the method reads; results are recomputed if they change.
+    of_other_people : bool
+        True if the method brings a model of people outside the data: ``model.prior=NAME`` adds it.
+    source : str
+        Module of the plug-in with the method; results are recomputed if the module changes.
     """
 
     name: str
