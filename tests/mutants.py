@@ -37,7 +37,7 @@ from tests.nearest_tests import NearestTests
 MAX_FILES, MAX_SECONDS, MIN_NOTICED = 12, 60, 0.5
 SPENT, ELSEWHERE = 80, 81
 """Exit status of pytest when the time is spent, and when a package is imported from elsewhere."""
-MAX_WAIT_S = 300
+MAX_WAIT_S = 600
 CHOSEN, LAST_STARTED = ".mutants_chosen", ".mutants_last_started"
 COLUMNS = ("package", "file", "line", "function", "operator", "before", "after", "noticed_by", "seconds")
 SURVIVED, IMPORT = "", "import"
@@ -93,21 +93,9 @@ def first_failure(tree: Path, chosen: Sequence[str], *, seconds: int = MAX_SECON
     (tree / CHOSEN).write_text("\n".join(chosen), encoding="utf-8")
     (tree / LAST_STARTED).write_text(IMPORT, encoding="utf-8")
     limit = max(3 * MAX_SECONDS, 3 * seconds)
+    options = ["-m", "pytest", "-x", "-q", "-n", "0", "-p", "tests.mutants", "-m", "not thorough"]
     process = subprocess.run(
-        [
-            sys.executable,
-            "-m",
-            "pytest",
-            "-x",
-            "-q",
-            "-n",
-            "0",
-            "-p",
-            "tests.mutants",
-            "-m",
-            "not thorough",
-            *chosen,
-        ],
+        [sys.executable, *options, *chosen],
         cwd=tree,
         # With CI hypothesis draws the same examples each time.
         env={**os.environ, "CI": "true", "PYTHONPATH": str(tree), "MUTANTS_SECONDS": str(seconds)},

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from pipeline.cli import earlier_names, options, sensitivity, tasks, walkers
+from pipeline.cli import earlier_names, inspect, options, sensitivity, tasks, walkers
 from pipeline.cli.durations import durations, in_words, insert_durations
 from pipeline.cli.earlier_names import Change, EarlierNames
 from pipeline.cli.errors import sentence
@@ -155,6 +155,28 @@ def test_a_source_and_the_options_of_a_walker(tmp_path: Path, monkeypatch: pytes
         with pytest.raises(InvalidInput) as caught:
             walkers.target_file(to, (".c3d", ".csv"), "u", "s", replace=False)
         assert caught.value.code == code
+
+
+def test_recordings_of_a_folder_and_what_else_is_in_it(tmp_path: Path) -> None:
+    for name in ("b.c3d", "a/c.BVH", "a/notes.txt", "a/.hidden", "skeleton.asf", "README", "x.pdf", "y.PDF"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text("x")
+    (tmp_path / "folder.c3d").mkdir()
+    files = inspect.recordings(tmp_path)
+    assert [path.relative_to(tmp_path).as_posix() for path in files if path.suffix != ".txt"] == [
+        "a/c.BVH",
+        "b.c3d",
+    ]
+    assert inspect.recordings(tmp_path / "x.pdf") == [tmp_path / "x.pdf"]
+    others = inspect._other_files(tmp_path)
+    assert others.startswith("2 .pdf")
+    assert others.endswith("1 no suffix")
+    assert "asf" not in others
+    (tmp_path / "empty").mkdir()
+    for folder, code in (("empty", "no_recordings"), ("none", "no_file")):
+        with rejects(code, folder):
+            inspect.recordings(tmp_path / folder)
+    assert inspect._other_files(tmp_path / "empty") == ""
 
 
 # --- messages --------------------------------------------------------------------------------------------------

@@ -314,14 +314,14 @@ def test_a_table_of_very_many_columns_is_refused(tmp_path: Path, width: int) -> 
 
 
 def test_tables_agree_to_a_millionth_and_to_a_billionth_near_zero() -> None:
-    one = {"x": np.array([1000.0, 0.0])}
+    first = {"x": np.array([1000.0, 0.0])}
     for off, near_zero, count in (
         (0.9e-3, 0.9e-9, 0),
         (1.1e-3, 0.9e-9, 1),
         (0.9e-3, 1.1e-9, 1),
         (1.9e-3, 1.9e-9, 2),
     ):
-        assert len(tables.compare(one, {"x": np.array([1000.0 + off, near_zero])})) == count
-    assert tables.relative_differences(one, {"x": np.array([1000.0, 0.9e-9])}) == {"x": 0.0}
-    assert tables.relative_differences(one, {"x": np.array([1000.0, 1.9e-9])})["x"] > 0.0
+        assert len(tables.compare(first, {"x": np.array([1000.0 + off, near_zero])})) == count
+    assert tables.relative_differences(first, {"x": np.array([1000.0, 0.9e-9])}) == {"x": 0.0}
+    assert tables.relative_differences(first, {"x": np.array([1000.0, 1.9e-9])})["x"] > 0.0
     assert tables.relative_differences({"x": np.array([])}, {"x": np.array([])}) == {"x": 0.0}

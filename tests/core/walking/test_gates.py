@@ -14,6 +14,7 @@ from pipeline.clips.options import Steady
 from pipeline.clips.usable import RawClip, report_row
 from pipeline.clips.walks import REPORT_COLUMNS, steady_walk
 from pipeline.core.walking import require_walk
+from pipeline.core.walking.gates import unusual_cadence
 from pipeline.ingestion.joints import joints_of
 from pipeline.mappings import shipped
 from pipeline.skeleton import WALKER15
@@ -88,6 +89,29 @@ def test_a_trunk_that_bows_is_no_walk(people: np.ndarray) -> None:
     check(stooped)  # all the time
     with rejects("trunk_bows"):
         check(bowing)
+
+
+def test_a_wrong_frame_rate_shows_in_the_cadence() -> None:
+    """Speed and cadence follow the stated rate; the length of a stride does not."""
+    people = walkers.walking_population(
+        np.random.default_rng(2), male=2, female=2, duration_s=3.0, frame_rate_hz=RATE_HZ
+    )
+    for level, person in zip(people.positions_mm, people.people, strict=True):
+        frequency = person.frequency
+        for known_speed in (person.speed, 0.0):  # 0 on a treadmill: the speed of the lower ankle
+            for factor, other in ((1.0, ""), (2.0, "or 60 Hz?"), (0.5, "or 60 Hz?")):
+                words = unusual_cadence(
+                    level,
+                    factor * RATE_HZ,
+                    leg_mm=LEG_MM,
+                    speed_mm_s=factor * known_speed,
+                    frequency_hz=factor * frequency,
+                )
+                assert words.endswith(other)
+                assert bool(words) == bool(other)
+                assert words.startswith(f"{120 * factor * frequency:.0f} steps a minute" if other else "")
+    words = unusual_cadence(level, 60.0, leg_mm=900.0, speed_mm_s=1800.0, frequency_hz=2.0)
+    assert words.startswith("240 steps a minute of 450 mm are unusual")
 
 
 @pytest.mark.thorough

@@ -108,6 +108,9 @@ def test_the_unit_of_times(step: float, declared_hz: float | None, unit: tuple[s
 
 def test_times_in_milliseconds_are_divided() -> None:
     assert frames(np.arange(5) * 20.0) == ([0.0, 1.0, 2.0, 3.0, 4.0], 50.0, 1)
+    assert frames(np.arange(5) * 1.6)[1] == 625.0
+    with rejects("not_seconds", "line 2"):  # steps up to 1.5 are seconds
+        frames_of(np.arange(5) * 1.5, None, line, [])
 
 
 @pytest.mark.parametrize(

@@ -226,3 +226,15 @@ def test_columns_to_the_right_of_the_trajectories_are_no_points(tmp_path: Path) 
     assert motion.notes == ("Columns that are not read: Magnitude( X ), Magnitude( Y ), Count.",)
     with rejects("wrong_count", "line 6"):
         read(tmp_path, text.replace("2.5,2\n", "2.5,2,7\n", 1))
+
+
+@pytest.mark.parametrize("rate", ["0", "-120", "1000000", "1500000", "fast", ""])
+def test_a_rate_that_is_none_is_refused(tmp_path: Path, rate: str) -> None:
+    (tmp_path / "a.csv").write_text(NEXUS.replace("\n120\n", f"\n{rate}\n"), encoding="utf-8")
+    with rejects("unusable_rate", "line 2"):
+        formats.read(tmp_path / "a.csv")
+
+
+def test_the_rate_is_that_of_the_file(tmp_path: Path) -> None:
+    for rate, expected in (("120", 120.0), ("999999", 999_999.0), ("1", 1.0)):
+        assert read(tmp_path, NEXUS.replace("\n120\n", f"\n{rate}\n")).frame_rate_hz == expected
