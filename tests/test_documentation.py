@@ -175,12 +175,12 @@ def test_the_first_page_says_what_its_curve_shows() -> None:
 
 def test_the_gallery_shows_twelve_pictures_with_command_and_duration() -> None:
     page = (ROOT / "docs" / "gallery.md").read_text("utf-8")
-    shown = re.findall(r"\[!\[[^]]+\]\((gallery/[^)]+)\)\]\((\w+\.md)\)", page)
-    assert len(shown) == len({address for address, _ in shown}) == 12
-    assert all((ROOT / "docs" / target).is_file() for _, target in shown)
+    cards = re.findall(r"\[!\[[^]]+\]\((gallery/[^)]+)\)\]\((\w+\.md)\)", page)
+    assert len(cards) == len({address for address, _ in cards}) == 12
+    assert all((ROOT / "docs" / target).is_file() for _, target in cards)
     assert len(re.findall(r"^make [^#\n]+# \(about [0-9a-z ]+\)$", page, re.MULTILINE)) == 12
     pictures = generated.gallery_pictures()
-    assert set(pictures) == {address for address, _ in shown}
+    assert set(pictures) == {address for address, _ in cards}
     for address, content in pictures.items():
         assert content.startswith(b"RIFF" if address.endswith("webp") else (b"<svg", b"<?xml")), address
         assert len(content) < 120_000

@@ -99,7 +99,7 @@ def _part(part: View | Split, timeline: str, extents: Extents, height: float) ->
         return _view(part, timeline, extents, height)
     shares = np.ones(len(part.parts)) if part.shares is None else np.asarray(part.shares, float)
     heights = height * (shares / shares.sum() if isinstance(part, Rows) else np.ones(len(shares)))
-    parts = [_part(p, timeline, extents, own) for p, own in zip(part.parts, heights.tolist(), strict=True)]
+    parts = [_part(p, timeline, extents, float(h)) for p, h in zip(part.parts, heights, strict=True)]
     match part:
         case Columns():
             return rrb.Horizontal(*parts, column_shares=part.shares)
