@@ -9,6 +9,7 @@ import ast
 import csv
 import inspect
 import re
+import tempfile
 import textwrap
 import types
 from collections import defaultdict
@@ -21,6 +22,9 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 
+from mkdocs.config.defaults import MkDocsConfig
+from mkdocs.structure.files import File, Files
+
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE, OURS = ROOT / "pipeline", ROOT / "walk3d"
 
@@ -28,6 +32,55 @@ PACKAGE, OURS = ROOT / "pipeline", ROOT / "walk3d"
 def on_page_markdown(markdown: str, **_: Any) -> str:
     """Return a page with its generated parts inserted."""
     return re.sub(r"<!-- made: (\w+) -->", lambda match: MADE[match[1]](), markdown)
+
+
+def on_page_content(html: str, **_: Any) -> str:
+    """Return a page whose tables and code, which may scroll sideways, can be reached by keyboard."""
+    html = html.replace("<pre>", '<pre tabindex="0">')
+    return re.sub(r"<table>.*?</table>", r'<div class="wide" tabindex="0">\g<0></div>', html, flags=re.DOTALL)
+
+
+def on_post_page(output: str, **_: Any) -> str:
+    """Return a page whose footer and versions are landmarks."""
+    output = output.replace('<div role="contentinfo">', "<div>")  # inside the footer
+    output = output.replace("<footer>", '<footer role="contentinfo">')
+    return output.replace(
+        '<div class="rst-versions" role="note"', '<div class="rst-versions" role="navigation"'
+    )
+
+
+# --- gallery ----------------------------------------------------------------------------------------------
+
+LIGHT = ROOT / "results" / "archive" / "light"
+"""Pictures that `make archive LIGHT=1` and `make readme ARGS=data=synthetic` keep in the repository."""
+
+
+def on_files(files: Files, config: MkDocsConfig) -> Files:
+    """Add the pictures of the gallery."""
+    for address, content in gallery_pictures().items():
+        files.append(File.generated(config, address, content=content))
+    return files
+
+
+def gallery_pictures() -> dict[str, bytes]:
+    """Return the pictures that the gallery shows, by address."""
+    page = (ROOT / "docs" / "gallery.md").read_text("utf-8")
+    pictures = {"gallery/pointlight.svg": _pointlight()}
+    for name, end in re.findall(r"gallery/(\w+)\.(svg|webp)\)", page):
+        path = LIGHT / f"{name}.svg" if end == "svg" else LIGHT / "synthetic" / name / "figure.webp"
+        if name == "recordings":
+            path = LIGHT / "optical" / "zhang2007_fig4" / "figure.webp"
+        pictures.setdefault(f"gallery/{name}.{end}", path.read_bytes() if path.is_file() else b"")
+    return pictures
+
+
+def _pointlight() -> bytes:
+    """Return a walk of synthetic dots as an SVG."""
+    from walk3d.pointlight.command import make
+
+    with tempfile.TemporaryDirectory() as folder:
+        path, _ = make(["synthetic", f"to={folder}/walker.svg"])
+        return path.read_bytes()
 
 
 # --- options ----------------------------------------------------------------------------------------------

@@ -54,12 +54,11 @@ class Image2D(View):
 class Plot(View):
     """View of curves over the recording's timeline; the ordinate covers the data and bands by default.
 
-    `headroom` is the space for the legend above the curves, as a fraction of their height.
+    The legend has its own space above the curves.
     """
 
     origin: str = "curves"
     y_range: tuple[float, float] | None = None
-    headroom: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)

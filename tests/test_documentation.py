@@ -171,3 +171,23 @@ def test_the_first_page_says_what_its_curve_shows() -> None:
         f"{least['map']} to {most['map']} mm with a prior, up to {most['least_squares']} mm by least squares"
         f" and {most['average_walker']} mm for the average walker"
     ) in (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def test_the_gallery_shows_twelve_pictures_with_command_and_duration() -> None:
+    page = (ROOT / "docs" / "gallery.md").read_text("utf-8")
+    cards = re.findall(r"\[!\[[^]]+\]\((gallery/[^)]+)\)\]\((\w+\.md)\)", page)
+    assert len(cards) == len({address for address, _ in cards}) == 12
+    assert all((ROOT / "docs" / target).is_file() for _, target in cards)
+    assert len(re.findall(r"^make [^#\n]+# \(about [0-9a-z ]+\)$", page, re.MULTILINE)) == 12
+    pictures = generated.gallery_pictures()
+    assert set(pictures) == {address for address, _ in cards}
+    for address, content in pictures.items():
+        assert content.startswith(b"RIFF" if address.endswith("webp") else (b"<svg", b"<?xml")), address
+        assert len(content) < 120_000
+
+
+def test_tables_code_and_footer_can_be_reached() -> None:
+    page = generated.on_page_content("<table>\n<tr></tr></table><pre><code>make</code></pre><table></table>")
+    assert page.count('<div class="wide" tabindex="0"><table>') == page.count("</table></div>") == 2
+    assert '<pre tabindex="0"><code>' in page
+    assert generated.on_post_page("<footer>a</footer>") == '<footer role="contentinfo">a</footer>'

@@ -143,6 +143,7 @@ FILLED_PAGES: Mapping[str, tuple[str, ...]] = {
     "README.md": ("first", "counts"),
     "CONTRIBUTING.md": (),
     "docs/index.md": (),
+    "docs/gallery.md": (),
     "docs/figures.md": ("figures",),
     "docs/results.md": ("headline",),
 }
@@ -214,9 +215,8 @@ def view(arguments: Sequence[str]) -> int:
             code="no_screen",
         )
     # A separate process, since only `recordings` may import rerun.
-    return subprocess.run(
-        [sys.executable, "-m", "rerun", "--bind", "127.0.0.1", str(path)], check=False
-    ).returncode
+    command = [sys.executable, "-m", "pipeline.recordings.viewing", str(path)]
+    return subprocess.run(command, check=False).returncode
 
 
 def keep(arguments: Sequence[str]) -> int:

@@ -337,10 +337,10 @@ def _run(arguments: Sequence[str]) -> int:
         if {"--help", "-h"} & set(others):
             print(_help_of(first))
             return 0
-        if first in COMMANDS and first not in LIGHT:
-            _announce(first, others)
+        if others and Path(others[0]).exists():
+            print(f"reading {others[0]}", flush=True)
         else:
-            print(" ".join([first, *(item for item in others[:1] if "=" not in item)]), flush=True)
+            _announce(first, others)
         return command(first)(others)
     if first.find("=") < 1 and not first.startswith("-"):
         from pipeline.validation import InvalidInput

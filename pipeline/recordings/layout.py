@@ -32,6 +32,15 @@ _HALF_VIEW = 0.49
 _FILL_SHARE = 0.84
 """Share of a view that its content fills."""
 
+_WINDOW_HEIGHT = 850.0
+"""Height of the views of the viewer's usual window, points of the screen."""
+
+_FRAME, _LEGEND_LINE, _LEGEND_MARGIN = 50.0, 19.0, 14.0
+"""Heights of a plot's title and axis, of a line of its legend, and of the legend's margins, points of the screen."""
+
+MAX_LEGEND_ROOM = 1.5
+"""Largest space for a legend, as a share of the height of the curves."""
+
 GROUND = (24, 26, 31)
 """Background of skeleton views, the same in a light and a dark theme."""
 
@@ -66,7 +75,7 @@ def blueprint(layout: View | Split, *, timeline: str, extents: Extents, playing:
         If a view or a range would be empty.
     """
     return rrb.Blueprint(
-        _part(layout, timeline, extents),
+        _part(layout, timeline, extents, _WINDOW_HEIGHT),
         rrb.TimePanel(
             state="collapsed",
             timeline=timeline,
@@ -85,10 +94,12 @@ def _below(path: str, entities: Collection[str]) -> list[str]:
     return [entity for entity in entities if f"{entity}/".startswith(f"{path}/")]
 
 
-def _part(part: View | Split, timeline: str, extents: Extents) -> rrb.Container | rrb.View:
+def _part(part: View | Split, timeline: str, extents: Extents, height: float) -> rrb.Container | rrb.View:
     if isinstance(part, View):
-        return _view(part, timeline, extents)
-    parts = [_part(p, timeline, extents) for p in part.parts]
+        return _view(part, timeline, extents, height)
+    shares = np.ones(len(part.parts)) if part.shares is None else np.asarray(part.shares, float)
+    heights = height * (shares / shares.sum() if isinstance(part, Rows) else np.ones(len(shares)))
+    parts = [_part(p, timeline, extents, float(h)) for p, h in zip(part.parts, heights, strict=True)]
     match part:
         case Columns():
             return rrb.Horizontal(*parts, column_shares=part.shares)
@@ -98,7 +109,26 @@ def _part(part: View | Split, timeline: str, extents: Extents) -> rrb.Container 
             return rrb.Tabs(*parts, active_tab=0)
 
 
-def _view(view: View, timeline: str, extents: Extents) -> rrb.View:
+def legend_room(names: int, height: float) -> float:
+    """Return the space for a legend above curves, as a share of the height of the curves.
+
+    Parameters
+    ----------
+    names : int
+        Number of names in the legend.
+    height : float
+        Height of the view, points of the screen.
+
+    Examples
+    --------
+    >>> round(legend_room(3, 270.0), 2), round(legend_room(13, 270.0), 2)
+    (0.48, 1.5)
+    """
+    curves, legend = height - _FRAME, _LEGEND_LINE * names + _LEGEND_MARGIN
+    return min(legend / max(curves - legend, 1.0), MAX_LEGEND_ROOM)
+
+
+def _view(view: View, timeline: str, extents: Extents, height: float) -> rrb.View:
     for path in (*(view.contents or (view.origin,)), *getattr(view, "focus", ())):
         if not _below(path, extents):
             raise InvalidInput(
@@ -127,11 +157,14 @@ def _view(view: View, timeline: str, extents: Extents) -> rrb.View:
         case Plot():
             (left, _), (right, _) = _box(view, extents, margin=0.0)
             (_, low), (_, high) = _box(view, extents, margin=0.05)
-            high += view.headroom * (high - low)
+            low, high = _ordered(view, view.y_range or (low, high))
+            paths = view.contents or (view.origin,)
+            series = {entity.removesuffix("/interval") for path in paths for entity in _below(path, extents)}
+            high += legend_room(len(series), height) * (high - low)
             return rrb.TimeSeriesView(
                 **common,
                 axis_x=_abscissa(timeline, _ordered(view, (left, right))),
-                axis_y=rrb.ScalarAxis(range=_ordered(view, view.y_range or (low, high))),
+                axis_y=rrb.ScalarAxis(range=(low, high)),
                 plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.RightTop),
             )
         case Bars():

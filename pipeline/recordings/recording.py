@@ -32,9 +32,6 @@ from pipeline.validation import InvalidInput, require_finite, require_shape
 _FOOTER = b"RRF2FOOT"
 """Marker before the version at the end of every complete file."""
 
-_HEADROOM = 0.25
-"""Space for the legend above the curves of a chart, as a share of their height."""
-
 _FRUSTUM = 0.3
 """Length of a camera's frustum, as a share of the distance at which its image is measured."""
 
@@ -354,7 +351,7 @@ class Recording:
                 level = _ordinate(chart, np.full(len(abscissa), reference.y))
                 self.curve(entity, abscissa, level, label=reference.label, colour="reference", width=0.5)
         name = ": ".join(filter(None, [chart.title, chart.axes[1]]))
-        plot = Plot(name=f"log10 of {name}" if chart.log_y else name, origin=top, headroom=_HEADROOM)
+        plot = Plot(name=f"log10 of {name}" if chart.log_y else name, origin=top)
         if plot not in self.plots:
             self.plots.append(plot)
 

@@ -1,7 +1,7 @@
-"""Wall time of the README's commands in this clone; renews their rows in results/durations.csv.
+"""Wall time of the commands in README and docs in this clone; renews their rows in results/durations.csv.
 
-Options: `only`, a part of a command, such as `only=test`; `film`, the film of `make reconstruct`, which is not measured
-without it.  Measure on an idle machine.
+Options: `only`, a part of a command, such as `only=test`; `film`, the film of `make reconstruct`, and `recordings`, the
+folder of `make inspect`, which are not measured without them.  Measure on an idle machine.
 """
 
 from __future__ import annotations
@@ -20,7 +20,14 @@ DURATIONS = HERE / "results" / "durations.csv"
 COLUMNS = ("command", "input", "wall_s", "cores", "commit")
 
 
-def commands(folder: str, film: str) -> dict[str, tuple[str, list[str]]]:
+GALLERY = (
+    *("zhang2004_fig5", "zhang2007_fig3", "zhang2007_fig4", "zhang2007_fig5", "zhang2007_joint_angles"),
+    *("mozerov2006_fig3", "mozerov2006_fig4", "park2011_fig3a", "park2011_fig4"),
+)
+"""Figures of docs/gallery.md."""
+
+
+def commands(folder: str, film: str, recordings: str) -> dict[str, tuple[str, list[str]]]:
     """Return input and arguments of Python for each command, with results in a folder."""
     figures = ["-m", "pipeline", "figures", f"results={folder}"]
     tests = ["-m", "pytest", "-q", "-n", "auto", "--dist", "loadfile", "--no-loadscope-reorder"]
@@ -28,16 +35,29 @@ def commands(folder: str, film: str) -> dict[str, tuple[str, list[str]]]:
     measured = {
         "make sweeps": ("synthetic people", figures),
         "make zhang2007_fig5": ("synthetic people", [*figures, "experiment=zhang2007_fig5"]),
+        **{
+            f"make {name} SCALE=smoke": ("synthetic people", [*figures, f"experiment={name}", "scale=smoke"])
+            for name in GALLERY
+        },
+        "make pointlight": (
+            "a synthetic walker",
+            ["-m", "pipeline", "pointlight", "synthetic", f"to={folder}/w.svg"],
+        ),
         "make test": ("", [*tests, "-m", "not thorough"]),
     }
-    return measured | ({"make reconstruct INPUT=walk.mp4": (Path(film).name, reconstruct)} if film else {})
+    if film:
+        measured["make reconstruct INPUT=walk.mp4"] = (Path(film).name, reconstruct)
+    if recordings:
+        inspect = ["-m", "pipeline", "inspect", recordings]
+        measured["make inspect INPUT=my_walks"] = (f"folder of {Path(recordings).name}", inspect)
+    return measured
 
 
-def run(only: str = "", film: str = "") -> list[Row]:
+def run(only: str = "", film: str = "", recordings: str = "") -> list[Row]:
     """Return a row for each command that was measured, after renewing the table."""
     rows: list[Row] = []
     with tempfile.TemporaryDirectory() as folder:
-        for command, (source, arguments) in commands(folder, film).items():
+        for command, (source, arguments) in commands(folder, film, recordings).items():
             if only in command:
                 used = children.run(arguments, HERE)
                 commit = str(provenance()["commit"])[:12]

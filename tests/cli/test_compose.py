@@ -70,7 +70,7 @@ def test_training_prints_a_line_before_it_loads_hydra() -> None:
     done = finished(
         [sys.executable, "-c", FIRST_LINE.replace(repr(HEAVY), "('hydra',)"), "model", "data=nowhere"]
     )
-    assert (done.stdout.splitlines(), done.stderr) == (["setting up the model", "imports hydra"], "")
+    assert (done.stdout.splitlines(), done.stderr) == (["setting up model", "imports hydra"], "")
 
 
 def test_what_hydra_prints_of_the_options_is_all_that_is_printed() -> None:

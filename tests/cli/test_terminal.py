@@ -92,16 +92,20 @@ def test_inspect_shows_a_folder_as_one_table_with_one_next_command(
     assert capsys.readouterr().out.count("points: ") >= 4
 
 
-@pytest.mark.parametrize("command", ["inspect", "reconstruct", "equations", "status"])
-def test_a_first_line_comes_before_any_library(command: str) -> None:
+@pytest.mark.parametrize(
+    ("command", "line"),
+    [("inspect", "reading"), ("reconstruct", "reading"), ("export", "reading"), ("pointlight", "setting up")],
+)
+def test_a_first_line_comes_before_any_library(command: str, line: str, tmp_path: Path) -> None:
     script = """if True:
         import sys, pipeline.cli.main as main
         def command(name):
             print([name for name in ("numpy", "scipy", "pandas", "hydra", "rich") if name in sys.modules])
             return lambda arguments: 0
         main.command = command
-        main.main([sys.argv[1], "walk.mp4"])
+        main.main(sys.argv[1:])
     """
-    first, second = python("-c", script, command).stdout.splitlines()
-    assert command in first
+    source = str(tmp_path) if line == "reading" else "synthetic"
+    first, second = python("-c", script, command, source).stdout.splitlines()
+    assert first == f"{line} {tmp_path if line == 'reading' else command}"
     assert second == "[]"

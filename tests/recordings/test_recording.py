@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from rerun.chunk import RrdReader
 from pipeline.charts import Axis, Chart, Reference
 from pipeline.core.pinhole import Pinhole
 from pipeline.palette import Style, hex_colour
-from pipeline.recordings import Recording
+from pipeline.recordings import Recording, viewing
 from pipeline.recordings.layout import GROUND, Extent, framed, image_bounds
 from pipeline.scenes import Bars, Columns, Image2D, Matrix, Notes, Plot, Rows, Space3D, Tabs
 from pipeline.skeleton import WALKER15
@@ -471,6 +472,54 @@ def test_a_machine_that_cannot_draw_is_told_so(tmp_path: Path, monkeypatch: pyte
     with rejects("viewer_stopped", panicked=True):
         screenshot(tmp_path / "a.rrd", tmp_path / "a.png")
     assert not (tmp_path / "a.png").exists()
+
+
+def ordinates(path: Path) -> list[tuple[float, float]]:
+    """Ranges of the ordinates of all plots of a recording's layout, sorted."""
+    reader = RrdReader(path)
+    rows = [
+        chunk.to_record_batch().to_pydict()
+        for layout in reader.blueprints()
+        for chunk in reader.stream(store=layout).to_chunks()
+    ]
+    return sorted(tuple(row["ScalarAxis:range"][0][0]) for row in rows if "ScalarAxis:range" in row)
+
+
+def test_a_legend_has_its_own_space_above_the_curves(tmp_path: Path) -> None:
+    """Four names need 90 points above the curves: of 375 in one of two plots, of 800 in a plot alone."""
+    curves = {f"s{k}": np.array([0.0, 100.0 + k]) for k in range(4)}
+    for name, rows in (("half", 2), ("whole", 1)):
+        with Recording(tmp_path / f"{name}.rrd", name="a", about="# A", timeline="step") as recording:
+            for key, values in curves.items():
+                recording.curve(f"curves/{key}", np.arange(2), values, label=key, interval=(values, values))
+            recording.blueprint(Rows(*(Plot(name=f"p{k}") for k in range(rows))))
+    low, high = -0.05 * 103.0, 1.05 * 103.0
+    for name, height, count in (("half", 375.0, 2), ("whole", 800.0, 1)):
+        shares = [(top - high) / (top - low) for _, top in ordinates(tmp_path / f"{name}.rrd")]
+        assert shares == pytest.approx([(4 * 19.0 + 14.0) / height] * count, rel=1e-6)
+
+
+@pytest.mark.parametrize("timeline", ["view_angle_deg", "time"])
+def test_the_viewer_starts_at_the_frontal_view(timeline: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A viewer that answers the third call; a recording over time stays where it is."""
+    calls, requested = [0], []
+
+    class Client:
+        def get_state(self) -> SimpleNamespace:
+            calls[0] += 1
+            if calls[0] < 3:
+                raise RuntimeError("not listening")
+            recording = SimpleNamespace(current_timeline=timeline)
+            return SimpleNamespace(views=[1], loading=[], recordings=[recording])
+
+        def set_time(self, name: str, *, sequence: int) -> None:
+            requested.append((name, sequence))
+
+    process = SimpleNamespace(poll=lambda: None)
+    monkeypatch.setattr(viewing.subprocess, "Popen", lambda command: process)
+    monkeypatch.setattr(viewing.ViewerClient, "connect", lambda url: Client())
+    assert viewing.open_viewer(Path("a.rrd"))[0] is process
+    assert requested == ([("view_angle_deg", 0)] if timeline == "view_angle_deg" else [])
 
 
 DRIVERS = [*Path("/usr/share/vulkan/icd.d").glob("*.json"), *Path("/etc/vulkan/icd.d").glob("*.json")]

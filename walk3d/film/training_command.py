@@ -33,7 +33,6 @@ def train_model(arguments: Sequence[str]) -> int:
     )
     require_replaceable(folder, having=model_file.ENTRY)  # before the long training
     training = filled(_Named, [item for item in training_items if item.startswith("training.")]).training
-    print("setting up the model", flush=True)
     from pipeline.cli.compose import compose  # loads Hydra, which takes a while
 
     if not any(item.startswith("data=") for item in rest):

@@ -110,9 +110,9 @@
   const strip = node(id("strip"), "svg", { viewBox: "0 0 700 190" });
   for (let n = 0; n < 5; n++) {
     const { f, photo } = nearest(Math.round((F - 1) * n / 4)), coordinate = x => Array.from({ length: 15 }, (_, j) => image[f * 30 + 2 * j + x]);
-    const [us, vs] = [coordinate(0), coordinate(1)], head = Math.min(...vs), scale = 160 / (Math.max(...vs) - head);
+    const [us, vs] = [coordinate(0), coordinate(1)], head = Math.min(...vs), [margin, tall] = photo ? [22, 124] : [6, 160], scale = tall / (Math.max(...vs) - head);
     const cell = node(strip, "svg", { x: 140 * n, width: 138, height: 172 });
-    const place = (u, v) => [69 + (u - us[8]) * scale, 6 + (v - head) * scale].map(c => c.toFixed(1)), at = j => place(us[j], vs[j]);
+    const place = (u, v) => [69 + (u - us[8]) * scale, margin + (v - head) * scale].map(c => c.toFixed(1)), at = j => place(us[j], vs[j]);
     if (photo) node(cell, "image", { href: photo.src, x: place(left, top)[0], y: place(left, top)[1], width: (right - left) * scale, height: (bottom - top) * scale, preserveAspectRatio: "none" });
     for (const [a, b] of bones) node(cell, "line", { x1: at(a)[0], y1: at(a)[1], x2: at(b)[0], y2: at(b)[1], class: side(a, b) });
     node(strip, "text", { x: 69 + 140 * n, y: 186, "text-anchor": "middle" }, `frame ${walk.frame_numbers[f]}`);

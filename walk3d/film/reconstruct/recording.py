@@ -26,8 +26,6 @@ from walk3d.film.walk.view import pitched
 MAX_SAMPLES, MAX_SAMPLED_POSTURES = 12, 4000
 """Largest numbers of walks and of postures drawn from the posterior, so that the file stays below 5 MB."""
 KNEE_COLOURS = {"left_knee": "blue", "right_knee": "orange"}
-HEADROOM = 0.4
-"""Space for the legend above the curves, as a share of their height."""
 FRUSTUM_SHARE = 0.25
 """Length of the camera's frustum, as a share of the distance to the walker."""
 _PELVIS = WALKER15.index("pelvis")
@@ -131,14 +129,14 @@ def write_recording(walk: Walk, summary_text: str, path: Path, small: Mapping[in
             Columns(
                 Rows(
                     Image2D(name="image: keypoints (dots), reprojection (lines)"),
-                    Plot(name="residual (px)", origin="curves/residual", headroom=HEADROOM),
+                    Plot(name="residual (px)", origin="curves/residual"),
                     shares=(3, 1),
                 ),
                 Rows(
                     Space3D(
                         name="3D: mean, and walks drawn from the posterior", eye_mm=(1800.0, -2200.0, 1400.0)
                     ),
-                    Plot(name=f"knees (°): {knees}, ± 1 SD", origin="curves/angles", headroom=HEADROOM),
+                    Plot(name=f"knees (°): {knees}, ± 1 SD", origin="curves/angles"),
                     shares=(3, 1),
                 ),
                 Rows(

@@ -195,7 +195,7 @@ class ViewErrors(Figure):
             rec.image_points("image/observed", images)
             space = Space3D(name="original and reconstructed")
             scene = Columns(space, Image2D(name="observed", next_to=space), shares=(3, 2))
-            rec.blueprint(Columns(Rows(*rec.plots), Rows(scene, Notes(), shares=(3, 1))))
+            rec.blueprint(Columns(Rows(*rec.plots), Rows(scene, Notes(), shares=(8, 5))))
 
 
 SIDES_AT_RANDOM = "_sides_at_random"

@@ -112,7 +112,7 @@ class JointAngleFigure(Figure):
                     Rows(
                         Space3D(name="original and reconstructed"),
                         Notes(),
-                        shares=(3, 1),
+                        shares=(2, 1),
                     ),
                     Rows(*plots),
                 ),
