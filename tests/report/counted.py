@@ -42,7 +42,7 @@ addEventListener("message", event => {{ document.body.dataset.counted = event.da
 </script><body><iframe src="index.html" width="{width}" height="{height}" style="border: 0"></iframe></body>"""
 """Page with a frame of an exact size, which windows of a browser do not have."""
 
-_NUMBER = re.compile(r"[−-]?\d[\d,]*(?:\.\d+)?")
+_NUMBER = re.compile(r"[−-]?\d+(?:,\d{3})*(?:\.\d+)?")
 
 
 def run(browser: str, *options: str) -> str:
@@ -101,9 +101,7 @@ def contradictions(folder: Path, text: str, seen: Mapping[str, Any], others: Map
         value, number = rows[claim]["value"], _NUMBER.match(shown)
         if not (_rounds_to(value, number[0]) if value is not None and number else shown == "–"):
             found.append(f"ledger, {claim}: {shown}, table {value}")
-    known = [
-        claim.published for paper in papers.all_papers().values() for claim in paper.claims if claim.published
-    ]
+    known = list(_registered())
     known += list(_numbers([*rows.values(), *(r for path in others.values() for r in numbered_rows(path))]))
     for sentence in seen["sentences"]:
         words = re.sub(r"\b(DATA|zhang|mozerov|park|figure)\w*|(?<![\d.])[1-9](?![\d.])", "", sentence)
@@ -112,6 +110,16 @@ def contradictions(folder: Path, text: str, seen: Mapping[str, Any], others: Map
                 found.append(f"sentence: no {number} in the tables: {sentence.strip()}")
     found += _alive(folder, seen["alive"])
     return found + list(_captions(text))
+
+
+def _registered() -> Iterator[float]:
+    """Numbers that the papers print, and ours under other assumptions."""
+    for claim in (claim for paper in papers.all_papers().values() for claim in paper.claims):
+        if claim.published is not None:
+            yield claim.published
+        for run in (e.run for explanations in claim.sensitivity.values() for e in explanations if e.run):
+            if estimate := run.with_it.get(claim.name):
+                yield from (estimate.value, estimate.low, estimate.high)
 
 
 def _numbers(rows: Iterable[Mapping[str, Any]]) -> Iterator[float]:
