@@ -8,14 +8,12 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
-import pandas as pd
-
 from pipeline import papers
 from pipeline.papers import Agreement, Claim
 from pipeline.report.published import Published
 from pipeline.report.verdicts import tone
 from pipeline.studies.captions import BASELINE, PUBLISHED, filled_caption
-from pipeline.studies.evaluation import evaluate
+from pipeline.studies.ledger import read_folder, value_of
 from pipeline.studies.registry import all_measures
 from pipeline.validation import InvalidInput
 
@@ -57,16 +55,10 @@ def numbers_of(results: Published) -> Numbers:
         item = papers.quantity(name.removeprefix(BASELINE))
         if isinstance(item, Claim) or item.measure is None:
             return math.nan
-        frames = {}
-        for path in item.measure.tables:
-            figure, _, table = path.partition("/")
-            columns = results.figures[figure].table(table or "table") if figure in results.figures else None
-            if columns is None:
-                return math.nan
-            frames[path] = pd.DataFrame(columns)
-            frames[path].attrs["name"] = path
+        figures = {path.partition("/")[0] for path in item.measure.tables} & results.figures.keys()
+        frames = read_folder(results.folder, sorted(figures))
         with suppress(InvalidInput):  # a table that an earlier version published without these columns
-            return float(evaluate(item.measure, all_measures(), frames))
+            return value_of(item, frames, all_measures())
         return math.nan
 
     return Numbers(results.data, {row["claim"]: row for row in results.claims}, quantity)

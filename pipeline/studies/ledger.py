@@ -85,7 +85,7 @@ def judge(
                     claim,
                     evidence,
                     data_name,
-                    lambda name: _number(papers.quantity(name), frames, measures),
+                    lambda name: value_of(papers.quantity(name), frames, measures),
                     smoke=smoke,
                     overridden=overridden,
                 )
@@ -105,7 +105,7 @@ def _evidence(
     doubt = doubt or _not_met(claim, frames, measures)
     if claim.measure is None or claim.kind is papers.Kind.CONDITION or not interval:
         return papers.Evidence(
-            value=papers.Estimate(_number(claim, frames, measures)), people=people, doubt=doubt
+            value=papers.Estimate(value_of(claim, frames, measures)), people=people, doubt=doubt
         )
     drawn = replicate(claim.tables, frames)
     value, values = _measured(claim.measure, frames, drawn, measures)
@@ -275,7 +275,7 @@ def _not_met(claim: papers.Claim, frames: Mapping[str, pd.DataFrame], measures: 
     """Return a message on the first unmet condition of a claim, or ""; a condition without tables counts as met."""
     for name in claim.scope.rests_on:
         condition = papers.claim(name)
-        value = _number(condition, frames, measures)
+        value = value_of(condition, frames, measures)
         if (
             condition.bounds.agrees
             and set(condition.tables) <= set(frames)
@@ -312,7 +312,7 @@ def number_of_figure(
     return lambda name: numbers_of([name], by_name, measures)[name].value
 
 
-def _number(
+def value_of(
     item: papers.Claim | papers.Quantity, frames: Mapping[str, pd.DataFrame], measures: evaluation.Registry
 ) -> float:
     """Return our value (the mean over populations, if any); NaN if a table is missing."""

@@ -78,7 +78,7 @@ const Ledger = (() => {
       box.replaceChildren(...columns);
       const change = active();
       id("ledger-state").textContent = change ? `With ${change.options || change.name}, ${Object.keys(change.moved).length} of ${numbered} claims change; ${change.verdicts} get another verdict (marked).`
-        : `${shown.length} of ${rows.length} claims shown; ${numbered} have a number for ${data.value}.`;
+        : `${shown.length} of ${rows.length} claims`;
     }
     for (const entry of rows) entry.row.addEventListener("toggle", () => { if (entry.row.open) tell(entry); });
     box.addEventListener("keydown", event => {

@@ -120,6 +120,9 @@ def test_ones_own_walk_is_read_as_the_library_reads_it(folder: Path, browser: st
       const walk = Yours.represent(Yours.read(document.getElementById("csv").textContent));
       document.body.dataset.hz = walk.hz;
       document.body.dataset.samples = [...walk.samples].map(v => v.toFixed(3)).join(" ");
+      const lines = document.getElementById("csv").textContent.split("\\n");
+      const short = lines.filter((row, n) => n === 0 || Number(row.split(",")[1]) < 1.25);
+      document.body.dataset.short = Yours.represent(Yours.read(short.join("\\n"))).hz;
       try { Yours.read("a,b\\n1,2\\n"); } catch (error) { document.body.dataset.complaint = error.message; }
     });</script></body>"""
     page = write_page(folder, FIGURES, to=tmp_path)
@@ -130,6 +133,9 @@ def test_ones_own_walk_is_read_as_the_library_reads_it(folder: Path, browser: st
     dom = shown(browser, page.as_uri(), tmp_path)
     message = dict(re.findall(r'data-(\w+)="([^"]*)"', re.findall(r"<body[^>]*>", dom)[0]))
     assert float(message["hz"]) == pytest.approx(0.93, abs=2e-3)
+    assert float(message["short"]) == pytest.approx(0.93, abs=5e-3), (
+        "a film of 1.2 s has a little more than one stride"
+    )
     result = np.array(message["samples"].split(), dtype=float).reshape(5, 15, 3)
     inputs = fourier.represent(fourier.synthesise(target, 0.93, times), 60.0, frequency_hz=0.93).coefficients
     shifted = inputs - np.eye(5, 1)[:, :, None] * inputs[0, 8]  # about the pelvis

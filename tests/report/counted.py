@@ -1,0 +1,201 @@
+"""Counts on a page, and contradictions between its numbers and the tables: ``python -m tests.report.counted FOLDER``.
+
+The counts are of a browser at three widths, in light and dark colours, with reduced motion, and in print.
+"""
+
+from __future__ import annotations
+
+import html
+import json
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from pipeline import papers
+from pipeline.palette import COLOURS
+from pipeline.report.agreement import GENERATED
+from pipeline.report.published import numbered_rows
+from pipeline.storage import tables
+
+WIDTHS, HEIGHT = (1440, 768, 390), 900
+LOOKS = {
+    "light": [],
+    "dark": ["--blink-settings=preferredColorScheme=0"],
+    "still": ["--force-prefers-reduced-motion"],
+}
+"""Options of the browser for each look."""
+
+LIMITS = {"cut": 0, "ledger": 1.5, "story": 9.0, "appendix": 15.0, "wider": 0, "shift": 0.05}
+"""Largest counts at the first width; labels are cut at no width, and nothing is wider than the window."""
+
+MAX_PRINTED = 35
+"""Largest number of printed pages."""
+
+_SCRIPT = Path(__file__).with_name("counted.js")
+_FRAME = """<!doctype html><script>
+addEventListener("message", event => {{ document.body.dataset.counted = event.data; }});
+</script><body><iframe src="index.html" width="{width}" height="{height}" style="border: 0"></iframe></body>"""
+"""Page with a frame of an exact size, which windows of a browser do not have."""
+
+_NUMBER = re.compile(r"[−-]?\d+(?:,\d{3})*(?:\.\d+)?")
+
+
+def run(browser: str, *options: str) -> str:
+    """Output of the browser after a minute of its own time."""
+    with tempfile.TemporaryDirectory() as profile:
+        command = [browser, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={profile}"]
+        command += ["--virtual-time-budget=60000", *options]
+        return subprocess.run(command, capture_output=True, text=True, check=True, timeout=600).stdout
+
+
+def counts(browser: str, page: Path, width: int, look: str = "light") -> dict[str, Any]:
+    """What the script counts on the page in a window of this width."""
+    text = re.sub(r"<meta http-equiv[^>]*>", "", page.read_text(encoding="utf-8"))
+    with tempfile.TemporaryDirectory() as folder:
+        copy, frame = Path(folder) / "index.html", Path(folder) / "frame.html"
+        script = _SCRIPT.read_text(encoding="utf-8")
+        copy.write_text(text.replace("<head>", f"<head><script>{script}</script>", 1), encoding="utf-8")
+        frame.write_text(_FRAME.format(width=width, height=HEIGHT), encoding="utf-8")
+        dom = run(
+            browser,
+            "--window-size=1600,1100",
+            "--hide-scrollbars",
+            *LOOKS[look],
+            "--dump-dom",
+            frame.as_uri(),
+        )
+    [counted] = re.findall(r'data-counted="([^"]*)"', dom)
+    return json.loads(html.unescape(counted))
+
+
+def printed(browser: str, page: Path) -> int:
+    """Number of pages on paper."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "page.pdf"
+        run(browser, f"--print-to-pdf={path}", page.as_uri())
+        return len(re.findall(rb"/Type\s*/Page\b", path.read_bytes()))
+
+
+def contradictions(folder: Path, text: str, seen: Mapping[str, Any], others: Mapping[str, Path]) -> list[str]:
+    """Numbers, colours and bands on the page that the tables, the palette and the charts do not have.
+
+    Parameters
+    ----------
+    folder : Path
+        Published figures, with ``claims.csv``.
+    text : str
+        The page's source.
+    seen : mapping
+        Result of `counts`.
+    others : mapping of str to Path
+        Further tables of claims, or of published numbers, by data set.
+    """
+    rows = {row["claim"]: row for row in numbered_rows(folder / "claims.csv")}
+    found = []
+    for claim, shown in seen["values"].items():
+        value, number = rows[claim]["value"], _NUMBER.match(shown)
+        if not (_rounds_to(value, number[0]) if value is not None and number else shown == "–"):
+            found.append(f"ledger, {claim}: {shown}, table {value}")
+    known = list(_registered())
+    known += list(_numbers([*rows.values(), *(r for path in others.values() for r in numbered_rows(path))]))
+    for sentence in seen["sentences"]:
+        words = re.sub(r"\b(DATA|zhang|mozerov|park|figure)\w*|(?<![\d.])[1-9](?![\d.])", "", sentence)
+        for number in _NUMBER.findall(words):
+            if not any(_rounds_to(value, number) for value in known):
+                found.append(f"sentence: no {number} in the tables: {sentence.strip()}")
+    found += _alive(folder, seen["alive"])
+    return found + list(_captions(text))
+
+
+def _registered() -> Iterator[float]:
+    """Numbers that the papers print, and ours under other assumptions."""
+    for claim in (claim for paper in papers.all_papers().values() for claim in paper.claims):
+        if claim.published is not None:
+            yield claim.published
+        for run in (e.run for explanations in claim.sensitivity.values() for e in explanations if e.run):
+            if estimate := run.with_it.get(claim.name):
+                yield from (estimate.value, estimate.low, estimate.high)
+
+
+def _numbers(rows: Iterable[Mapping[str, Any]]) -> Iterator[float]:
+    for row in rows:
+        for name in ("value", "published", "baseline_value", "n_people"):
+            if isinstance(value := row.get(name), int | float):
+                yield value
+                yield 100.0 * value  # a share, as per cent
+        yield from (float(n) for n in re.findall(r"\d+(?:\.\d+)?", str(row.get("why", ""))))
+
+
+def _rounds_to(value: float, shown: str) -> bool:
+    digits = len(shown.partition(".")[2])
+    number = float(shown.replace("−", "-").replace(",", ""))
+    return abs(value - number) <= 0.5001 * 10**-digits or number == float(f"{value:.3g}")
+
+
+def _alive(folder: Path, shown: str) -> list[str]:
+    """Differences of the live errors from the figure's table, to the digit that is shown."""
+    if not shown:
+        return []
+    table = tables.read(folder / "zhang2007_fig5" / "table.csv")
+    found = []
+    for number, by, key in re.findall(
+        r"([\d.]+) mm (by least squares|with the prior|by the average walker)()", shown
+    ):
+        method = {"by least squares": "least_squares", "with the prior": "map"}.get(
+            by, "average_walker"
+        ) + key
+        [error] = table["rms_error_mm"][(table["method"] == method) & (table["view_angle_deg"] == 0)]
+        if abs(float(number) - error) > 0.06:
+            found.append(f"live error {by}: {number}, table {error:.2f}")
+    return found if shown.count(" mm ") == 3 else [*found, f"live errors: {shown}"]
+
+
+def _captions(text: str) -> Iterator[str]:
+    """Captions that name a band which no chart draws, or a colour that no line has, in figures without a picture."""
+    for name, card in re.findall(
+        r'<details class="figure" id="(\w+)">(.*?)<details class="files">', text, re.DOTALL
+    ):
+        specs = [json.loads(html.unescape(spec)) for spec in re.findall(r'data-spec="([^"]*)"', card)]
+        if not specs or 'class="picture"' in card:
+            continue
+        series = [line for spec in specs for line in spec["series"]]
+        caption = " ".join(re.findall(r'<p class="meta">(.*?)</p>', card, re.DOTALL))
+        if re.search(r"\b[Bb]ands?\b", caption) and not any("lo" in line for line in series):
+            yield f"{name}: its caption names bands"
+        named = {word for word in re.findall(r"[a-z]+", caption.lower()) if word in COLOURS}
+        for colour in named - {line["colour"] for line in series} - {"black"}:
+            yield f"{name}: its caption names {colour}"
+
+
+def main(folder: Path) -> int:
+    """Print all counts of a page and its contradictions; the exit status is 1 if a limit is exceeded."""
+    folder = folder.resolve()
+    browser = next(name for name in ("chromium", "chromium-browser", "google-chrome") if shutil.which(name))
+    page, problems = folder / "index.html", []
+    for look in LOOKS:
+        for width in WIDTHS:
+            seen = counts(browser, page, width, look)
+            print(f"{width} px, {look}:", ", ".join(f"{name} {seen[name]:.3g}" for name in LIMITS))
+            for name, limit in LIMITS.items():
+                if seen[name] > limit and (width == WIDTHS[0] or name in ("cut", "wider")):
+                    problems.append(f"{name} {seen[name]:.3g} at {width} px, {look}; limit {limit}")
+    pages = printed(browser, page)
+    print(f"print: {pages} pages; {page.stat().st_size / 1e6:.2f} MB")
+    problems += [f"{pages} printed pages"] * (pages > MAX_PRINTED)
+    near = {
+        path.parent.parent.name: path for path in folder.parent.parent.glob(f"*/{folder.name}/claims.csv")
+    }
+    seen = counts(browser, page, WIDTHS[0])
+    published = {"published": folder.parents[1] / "published.csv"}
+    problems += contradictions(folder, page.read_text(encoding="utf-8"), seen, near | published)
+    print("\n".join(problems) or f"no contradictions ({len(seen['values'])} claims, {GENERATED in near})")
+    return bool(problems)
+
+
+if __name__ == "__main__":
+    sys.exit(main(Path(sys.argv[1])))
