@@ -14,7 +14,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
-from pipeline.charts import Axis, Chart, Line, Reference, abscissa_limits, lines_of, ordinate_limits
+from pipeline.chart_limits import abscissa_limits, ordinate_limits
+from pipeline.charts import Axis, Chart, Line, Reference, lines_of
 from pipeline.palette import hex_colour
 from pipeline.pictures import style as look
 from pipeline.pictures.notes import Notes
@@ -22,9 +23,6 @@ from pipeline.validation import InvalidInput, require_range
 
 _MIN_PANEL_WIDTH = 1.5
 """Smallest width of a panel in a picture whose width is given, inches."""
-
-_MIN_SHRUNK = 0.75
-"""Smallest factor on the height of panels that are narrower than usual."""
 
 
 def draw_charts(canvas: look.Canvas) -> None:
@@ -44,13 +42,14 @@ def draw_charts(canvas: look.Canvas) -> None:
         columns = max(1, min(columns, int(wide / _MIN_PANEL_WIDTH)))
     width, height = sheet.panel_size or look.PANEL_SIZE
     if wide:
-        height *= min(1.0, max(_MIN_SHRUNK, wide / columns / width))
+        height *= min(1.0, max(look.MIN_SHRUNK, wide / columns / width))
         width = wide / columns
     rows = -(-count // columns)
     with look.applied_style():
         figure = canvas.new_figure(width * columns + look.FRAME * (not wide), height * rows + look.FRAME)
         canvas = replace(canvas, sheet=replace(sheet, columns=columns))
-        look.finish(figure, canvas, add_charts(figure, canvas, figure.add_gridspec(rows, columns)))
+        entries = add_charts(figure, canvas, figure.add_gridspec(rows, columns))
+        look.finish(figure, canvas, entries, room=bool(wide))
 
 
 def add_charts(figure: Figure, canvas: look.Canvas, grid: Any, width: float = 0.0) -> dict[str, Any]:

@@ -59,9 +59,9 @@ def faults(browser: str, boxes: Sequence[str], folder: Path) -> list[str]:
         f"<script>{(HERE / 'legibility.js').read_text()}</script>",
         encoding="utf-8",
     )
-    found = re.search(r'id="faults">(.*?)</pre>', shown(browser, page.as_uri(), folder), re.DOTALL)
-    assert found, "the script ended early"
-    result = json.loads(html.unescape(found[1]))
+    output = re.search(r'id="faults">(.*?)</pre>', shown(browser, page.as_uri(), folder), re.DOTALL)
+    assert output, "the script ended early"
+    result = json.loads(html.unescape(output[1]))
     assert result["looked"] == str(len(boxes))
     return list(result["faults"])
 
@@ -113,14 +113,14 @@ def test_the_script_notices_faults(browser: str, tmp_path: Path) -> None:
         box("outside", spec | {"limits": [0.0, 5.0]}, 400),
         box("over", spec | {"y_label": "a -3 b", "names": ["a"] * 4 + ["b"] * 0}, 400),
     ]
-    found = "\n".join(faults(browser, bad, tmp_path))
+    noticed = "\n".join(faults(browser, bad, tmp_path))
     for words in (
         'cut, picture: "',
         "1 of 2 bands",
         "ends of y outside the axis",
         "has a hyphen for a minus",
     ):
-        assert words in found
+        assert words in noticed
     close = replace(
         CHART, references=[Reference(x=2.0, label="a" * 60), Reference(x=2.0, label="b" * 60)] * 20
     )

@@ -8,7 +8,7 @@ from typing import Any, get_type_hints
 
 import numpy as np
 
-from pipeline.charts.values import Axis, Chart, Lines, Reference
+from pipeline.charts import Axis, Chart, Lines, Reference
 from pipeline.palette import Style
 from pipeline.validation import InvalidInput, fits
 
