@@ -27,7 +27,8 @@ def to_json(chart: Chart) -> dict[str, Any]:
     """Return the JSON form of a chart, without default values; ordered mappings become lists of pairs."""
     plain = _plain(chart)
     abscissa = {_FLAT[name]: value for name, value in plain.pop("abscissa").items()}
-    return {name: value for name, value in (plain | abscissa).items() if name not in ("named", "page")}
+    plain.pop("page", None)
+    return plain | abscissa
 
 
 def _plain(value: Any) -> Any:

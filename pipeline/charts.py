@@ -143,8 +143,6 @@ class Chart(Lines):
         Lower bound of a logarithmic ordinate, to which smaller values are clamped.
     limits : (float, float), optional
         Range that the ordinate covers at least.
-    named : bool
-        Whether the lines are labelled at their right ends, not in the legend; in pictures only.
     page, picture : bool
         Whether the page and the picture show the chart.
     """
@@ -161,7 +159,6 @@ class Chart(Lines):
     log_y: bool = False
     least: float = 0.0
     limits: tuple[float, float] | None = None
-    named: bool = False
     page: bool = True
     picture: bool = True
 
