@@ -45,8 +45,8 @@ def picture(name: str, path: Path, least: dict[str, int]) -> str:
     return f"<div data-name=\"{name}, picture\" data-least='{json.dumps(least)}'>{drawn}</div>"
 
 
-def faults(browser: str, boxes: Sequence[str], folder: Path) -> list[str]:
-    """Return the faults of charts and pictures in a browser."""
+def faults(browser: str, boxes: Sequence[str], folder: Path, more: str = "") -> list[str]:
+    """Return the faults of charts and pictures in a browser; `more` is a script that adds some."""
     colours = "".join(f"--c-{name}:{value};" for name, value in COLOURS.items())
     page = folder / "looked.html"
     page.write_text(
@@ -56,7 +56,7 @@ def faults(browser: str, boxes: Sequence[str], folder: Path) -> list[str]:
         f"<body data-count='{len(boxes)}'><span style='font-family:Fixed'>letters</span>{''.join(boxes)}"
         f"<script type='application/json' id='roles'>{json.dumps(ROLES)}</script>"
         f"<script>{(SOURCES / 'charts.js').read_text()}</script>"
-        f"<script>{(HERE / 'legibility.js').read_text()}</script>",
+        f"<script>const faults = [];\n{(HERE / 'legibility.js').read_text().replace('/* more */', more)}</script>",
         encoding="utf-8",
     )
     output = re.search(r'id="faults">(.*?)</pre>', shown(browser, page.as_uri(), folder), re.DOTALL)
@@ -87,6 +87,15 @@ def test_every_figure_can_be_read(smoke_results: Path, browser: str, tmp_path: P
             boxes += [box(f"{name} {number}", spec, width) for width in (640, 340)]
     assert len(boxes) > 100
     assert faults(browser, boxes, tmp_path) == []
+
+
+def test_one_cursor_moves_in_all_charts_of_a_figure(browser: str, tmp_path: Path) -> None:
+    spec = _plain(CHART, {}) | {"note": ""}
+    boxes = [f"<div>{box('a', spec, 400)}{box('b', spec, 400)}</div>", f"<div>{box('c', spec, 400)}</div>"]
+    script = """const of = n => document.querySelectorAll("[data-spec]")[n].chart;
+    of(0).svg.dispatchEvent(new KeyboardEvent("keydown", { key: "End" }));
+    faults.push([0, 1, 2].map(n => of(n).now).join(" "), of(1).output.textContent);"""
+    assert faults(browser, boxes, tmp_path, script) == ["3 3 2", "across 3: ours 4 (3 to 9)"]
 
 
 TABLE = {
