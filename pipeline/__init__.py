@@ -11,6 +11,7 @@ checks.  The parts of `core` and `studies` are ordered by subject and have no im
     plugins                additions by installed packages and users' files
     palette, tidy          colours and styles of series; rows of a table by series
     charts, scenes         content of figures, as plain values: charts of tables; views, postures and matrices
+    chart_limits, chart_json    limits of the charts' axes; charts in the manifests of figures
     processes, locks       work on several processes that share the cores; locks between processes
     compilation            compiled loops: the only use of numba
     seeding                random generators

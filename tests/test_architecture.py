@@ -81,7 +81,7 @@ def imports_of(module: str) -> tuple[set[str], set[str]]:
 
 
 _GROUND = (
-    "validation locks shortened skeleton palette tidy charts scenes"
+    "validation locks shortened skeleton palette tidy charts chart_limits chart_json scenes"
     " processes compilation seeding resources reading plugins"
 )
 LAYERS = {
@@ -89,10 +89,11 @@ LAYERS = {
     "skeleton palette tidy processes compilation seeding resources reading": "validation locks shortened",
     "plugins": "validation resources",
     "charts scenes": "validation palette tidy",
+    "chart_limits chart_json": "validation palette charts",
     "core": "validation skeleton compilation shortened",
     "formats mappings fetch storage papers": "validation locks shortened skeleton palette tidy resources reading"
     " plugins",
-    "pictures recordings": "validation locks skeleton palette tidy resources charts scenes reading",
+    "pictures recordings": "validation locks skeleton palette tidy resources charts chart_limits scenes reading",
     "synthetic": f"{_GROUND} core",
     "clips": f"{_GROUND} core synthetic",
     "ingestion": f"{_GROUND} core clips formats mappings fetch",

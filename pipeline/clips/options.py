@@ -109,6 +109,8 @@ class Data(Options, ABC):
 
     knows_true_course: ClassVar[bool] = False
     """True if the true phase of the performances is known."""
+    of_user: ClassVar[bool] = False
+    """True for the user's own files, whose figures leave out the marks of the paper by default."""
     credit: ClassVar[str] = ""
     """Source and licence, repeated in captions if the data require it."""
     in_light_archives: ClassVar[bool] = True

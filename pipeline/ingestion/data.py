@@ -185,6 +185,8 @@ WHOSE = f"'{BY_FOLDER}' if each folder is of one person, '([^/_.]+)[^/]*$' if al
 class FolderData(Recordings):
     """The user's own files."""
 
+    of_user = True
+
     path: str = ""  # folder of files
     pattern: str = "**/*"  # pattern of the file names, below the folder
     person: str = "^([^_.]+)"  # regular expression for the file name; its first group is the person

@@ -14,7 +14,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
-from pipeline.charts import Axis, Chart, Line, Reference, abscissa_limits, lines_of, ordinate_limits
+from pipeline.chart_limits import abscissa_limits, ordinate_limits
+from pipeline.charts import Axis, Chart, Line, Reference, lines_of
 from pipeline.palette import hex_colour
 from pipeline.pictures import style as look
 from pipeline.pictures.notes import Notes
@@ -22,9 +23,6 @@ from pipeline.validation import InvalidInput, require_range
 
 _MIN_PANEL_WIDTH = 1.5
 """Smallest width of a panel in a picture whose width is given, inches."""
-
-_MIN_SHRUNK = 0.75
-"""Smallest factor on the height of panels that are narrower than usual."""
 
 
 def draw_charts(canvas: look.Canvas) -> None:
@@ -44,13 +42,14 @@ def draw_charts(canvas: look.Canvas) -> None:
         columns = max(1, min(columns, int(wide / _MIN_PANEL_WIDTH)))
     width, height = sheet.panel_size or look.PANEL_SIZE
     if wide:
-        height *= min(1.0, max(_MIN_SHRUNK, wide / columns / width))
+        height *= min(1.0, max(look.MIN_SHRUNK, wide / columns / width))
         width = wide / columns
     rows = -(-count // columns)
     with look.applied_style():
         figure = canvas.new_figure(width * columns + look.FRAME * (not wide), height * rows + look.FRAME)
         canvas = replace(canvas, sheet=replace(sheet, columns=columns))
-        look.finish(figure, canvas, add_charts(figure, canvas, figure.add_gridspec(rows, columns)))
+        entries = add_charts(figure, canvas, figure.add_gridspec(rows, columns))
+        look.finish(figure, canvas, entries, room=bool(wide))
 
 
 def add_charts(figure: Figure, canvas: look.Canvas, grid: Any, width: float = 0.0) -> dict[str, Any]:
@@ -96,9 +95,7 @@ def add_charts(figure: Figure, canvas: look.Canvas, grid: Any, width: float = 0.
         canvas.after_layout.append(
             partial(_draw_notes, axes, *(_turned(chart, lines) if chart.abscissa.words else (chart, lines)))
         )
-        if chart.named:
-            _name_at_ends(axes, lines)
-        for line in lines if not chart.named else ():
+        for line in lines:
             entries.setdefault(line.style.label, _handle(line, rows=bool(chart.abscissa.words)))
         for reference in chart.references:
             if reference.slope is not None or reference.below:
@@ -204,34 +201,8 @@ def _tick_log(axis: Any) -> None:
     """Label a logarithmic axis with plain numbers."""
     low, high = axis.get_view_interval()
     axis.set_major_locator(LogLocator(subs=(1, 2, 5) if high < 30.0 * low else (1,)))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: _plain(value)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_formatter(NullFormatter())
-
-
-_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-
-
-def _plain(value: float) -> str:
-    """Return a tick's number without an exponent, or as a raised power of ten if it is very large or small."""
-    if value == 0 or 1e-4 < abs(value) < 1e5:
-        return f"{value:.6g}"
-    exponent = int(np.floor(np.log10(value)))
-    factor = value / 10.0**exponent
-    return ("" if np.isclose(factor, 1) else f"{factor:.3g}·") + "10" + str(exponent).translate(_RAISED)
-
-
-def _name_at_ends(axes: Axes, lines: Sequence[Line]) -> None:
-    """Write the names of lines at their right ends, one above the other where the ends are close."""
-    below = -np.inf
-    for line in sorted(lines, key=lambda line: line.y[-1]):
-        below = max(
-            axes.transAxes.inverted().transform(axes.transData.transform((line.x[-1], line.y[-1])))[1],
-            below + 0.08,
-        )
-        axes.text(
-            1.02, below, line.style.label, transform=axes.transAxes, va="center", fontsize=look.NOTE_SIZE,
-            color=hex_colour(line.style.colour),
-        )  # fmt: skip
 
 
 def _handle(line: Line, *, rows: bool) -> Any:

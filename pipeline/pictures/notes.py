@@ -53,9 +53,9 @@ class Notes:
     def place_of(self, reference: Reference) -> np.ndarray:
         """Return the place (2,) of a reference in points from the lower left corner; NaN where it is a line."""
         corner = np.array([self.axes.get_xlim()[0], self.axes.get_ylim()[0]])
-        given = np.array([np.nan if v is None else float(v) for v in (reference.x, reference.y)])
-        at = self._at(np.where(np.isnan(given), corner, given)[None])[0]
-        return np.where(np.isnan(given), np.nan, at)
+        position = np.array([np.nan if v is None else float(v) for v in (reference.x, reference.y)])
+        at = self._at(np.where(np.isnan(position), corner, position)[None])[0]
+        return np.where(np.isnan(position), np.nan, at)
 
     def write(self, reference: Reference) -> None:
         """Write the label of a reference next to it."""

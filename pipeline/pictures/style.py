@@ -47,6 +47,9 @@ PAGE_WIDTH = 7.3
 MAX_WIDTH = 7.5
 """Largest width of a picture, inches: the width of a page's text."""
 
+MIN_SHRUNK = 0.8
+"""Smallest factor on the size of a picture whose width is given."""
+
 FRAME = 0.1
 """Margin that is added to the width and the height of a picture, inches."""
 
@@ -168,6 +171,11 @@ class Canvas:
 
     def new_figure(self, width: float, height: float) -> Figure:
         """Return an empty figure, at most `MAX_WIDTH` wide or `width_mm`, sizes in inches; inside `applied_style`."""
+        if self.width_mm and self.width_mm < (least := MIN_SHRUNK * width * 25.4):
+            raise InvalidInput(
+                "the picture cannot be read at this width", "figure.width_mm", f"at least {least:.0f}", self.width_mm,
+                code="too_narrow", least=least,
+            )  # fmt: skip
         wide = self.width_mm / 25.4 or min(width, MAX_WIDTH)
         high = height * wide / width if self.width_mm else height
         figure = Figure(figsize=(wide, high), dpi=PNG_DPI, layout="constrained")

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.charts import Chart, Line, abscissa_limits, lines_of, ordinate_limits
+from pipeline.chart_limits import abscissa_limits, ordinate_limits
+from pipeline.charts import Chart, Line, lines_of
 from pipeline.palette import colour_name
 from pipeline.report.published import PublishedFigure
 from pipeline.validation import InvalidInput

@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.charts import Chart, from_json
+from pipeline.chart_json import from_json
+from pipeline.charts import Chart
 from pipeline.reading import as_written, read_arrays
 from pipeline.storage import tables
 from pipeline.storage.sealed_folders import FIGURE, complaints_about, read_manifest, visible

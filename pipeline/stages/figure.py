@@ -7,8 +7,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from pipeline import charts, papers, recordings
-from pipeline.ingestion.data import FolderData
+from pipeline import papers, recordings
+from pipeline.chart_json import to_json
+from pipeline.chart_limits import with_shared_limits
 from pipeline.papers import Verdict
 from pipeline.stages import populations
 from pipeline.stages.artefacts import Stored
@@ -82,23 +83,15 @@ def _publish(
         )  # fmt: skip
         write_claims(publication.folder / "claims.csv", verdicts)
         (publication.folder / "arrays.npz").write_bytes(packed({**inputs.arrays, **figure.arrays(inputs)}))
-        sheet = figure.charts(inputs, outputs).with_published(papers.published)
-        if figure.references is False or (
-            figure.references is None and isinstance(experiment.data, FolderData)
-        ):
-            sheet = sheet.without_published()
-        sheet = charts.with_shared_limits(sheet, outputs)
+        sheet = figure.charts(inputs, outputs)
+        sheet = with_shared_limits(sheet.with_published(papers.published, figure.marks(experiment)), outputs)
         caption = f"{inputs.caption} {sheet.caption}".strip()
         expect = filled_caption(experiment.expect, number_of_figure(experiment.name, judged_tables, measures))
         if figure.picture:
             from pipeline.pictures.picture import Picture
 
-            picture = Picture(
-                publication.folder / "figure", sheet, outputs, caption, title=experiment.title,
-                formats=[str(each) for each in figure.formats], width_mm=figure.width_mm, dpi=figure.dpi,
-                panels=figure.panels,
-            )  # fmt: skip
-            figure.draw(inputs, outputs, picture)
+            stem, options = publication.folder / "figure", figure.printed
+            figure.draw(inputs, outputs, Picture(stem, sheet, outputs, caption, experiment.title, **options))
         if figure.recording and complete:
             begin = partial(
                 recordings.Recording, publication.folder / "recording.rrd", name=experiment.name, charts=sheet.charts,
@@ -115,13 +108,11 @@ def _publish(
             **({"population": inputs.population} if inputs.population else {}),
             "configuration": without_paths(canonical(experiment)),
             "code": figure_code(experiment) if complete else "",
-            "stages": {
-                a.stage: {"key": a.key, "content": a.content} for a in (stage.artefact for stage in stages)
-            },
+            "stages": {stage.artefact.stage: stage.artefact.facts for stage in stages},
             "inputs": inputs.clips.inputs,
             "caption": caption,
             "expect": expect,
-            "charts": [charts.to_json(chart) for chart in sheet.charts if chart.page],
+            "charts": [to_json(chart) for chart in sheet.charts if chart.page],
             "picture_beside_charts": figure.draws_more_than(sheet),
             "plugins": used_plugins(experiment, publication.folder),
             "provenance": provenance(),

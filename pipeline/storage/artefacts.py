@@ -64,6 +64,11 @@ class Artefact:
         """Name of the folder: stage and key."""
         return f"{self.stage}-{self.key}"
 
+    @property
+    def facts(self) -> dict[str, Any]:
+        """Part of the figure's manifest on this artefact."""
+        return {"key": self.key, "content": self.content}
+
 
 def content_digest(manifest: Mapping[str, Any]) -> str:
     """Return the digest of the arrays and notes of an artefact, from its manifest."""

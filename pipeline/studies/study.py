@@ -314,6 +314,16 @@ class Figure(Options, ABC):
     )
     panels: list[str] = []  # letters of the panels that are drawn; empty: all
 
+    def marks(self, experiment: Any) -> bool:
+        """Return True if the charts show the values that the paper prints."""
+        return not experiment.data.of_user if self.references is None else self.references
+
+    @property
+    def printed(self) -> dict[str, Any]:
+        """Options of the picture's files."""
+        formats = [str(each) for each in self.formats]
+        return {"formats": formats, "width_mm": self.width_mm, "dpi": self.dpi, "panels": self.panels}
+
     def validate(self, experiment: Any) -> None:
         """Validate the options, also against the rest of the experiment.  Raises InvalidInput if they do not fit."""
         require_bounds("figure", self)

@@ -153,7 +153,7 @@ def test_a_journal_gets_its_width_its_formats_and_its_panels(tmp_path: Path) -> 
 
 
 def test_without_references_the_papers_marks_are_left_out_and_ours_stay() -> None:
-    sheet = Sheet(charts=[CHART]).without_published()
+    sheet = Sheet(charts=[CHART]).with_published(float, shown=False)
     assert [r.label for r in sheet.charts[0].references] == ["here", "half", "rising"]
 
 
@@ -225,8 +225,8 @@ def test_words_of_neighbouring_references_do_not_overlap(
     monkeypatch.setattr("pipeline.pictures.style._write", keep)
     references = [Reference(y=y, label=name) for y, name in zip(heights, ("upper", "lower"), strict=True)]
     of_table(tmp_path / "a", replace(ERROR, references=references))
-    one, other = boxes
-    assert not one.overlaps(other)
+    first, second = boxes
+    assert not first.overlaps(second)
 
 
 def test_an_interval_is_drawn_where_it_is_known_and_the_line_everywhere(tmp_path: Path) -> None:

@@ -63,6 +63,11 @@ def test_skeletons_are_drawn_one_by_one_over_the_posture_that_they_vary(tmp_path
     assert segments(tmp_path / "a.svg") == rows * ((centres + others) * len(BONES) + ground)
 
 
+def test_a_width_at_which_postures_cannot_be_read_is_rejected(tmp_path: Path) -> None:
+    with rejects("too_narrow", "figure.width_mm"):
+        draw_postures(Canvas(tmp_path / "a", width_mm=20.0), [("", [POSTURES])], BONES)
+
+
 def test_a_gap_is_not_drawn_in_silence(tmp_path: Path) -> None:
     gaps = replace(POSTURES, reconstructed=POSTURES.original * np.nan)
     with rejects("not_finite"):

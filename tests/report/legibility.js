@@ -5,7 +5,8 @@ addEventListener("load", async () => {
     const spec = JSON.parse(box.dataset.spec);
     new Charts.Chart(box, { series: Charts.series(spec), names: spec.names, spec, note: spec.note });
   }
-  const faults = [], TOUCH = 1.5;
+  /* more */
+  const TOUCH = 1.5;
   for (const box of document.querySelectorAll("[data-name]")) {
     const svg = box.querySelector("svg"), frame = svg.getBoundingClientRect();
     const fault = words => faults.push(`${box.dataset.name}: ${words}`);

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from pipeline.charts import Axis, Chart, to_json
+from pipeline.chart_json import to_json
+from pipeline.charts import Axis, Chart
 from pipeline.core.camera_paths import around
 from pipeline.palette import Style
 from pipeline.storage import tables

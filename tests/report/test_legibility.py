@@ -45,8 +45,8 @@ def picture(name: str, path: Path, least: dict[str, int]) -> str:
     return f"<div data-name=\"{name}, picture\" data-least='{json.dumps(least)}'>{drawn}</div>"
 
 
-def faults(browser: str, boxes: Sequence[str], folder: Path) -> list[str]:
-    """Return the faults of charts and pictures in a browser."""
+def faults(browser: str, boxes: Sequence[str], folder: Path, more: str = "") -> list[str]:
+    """Return the faults of charts and pictures in a browser; `more` is a script that adds some."""
     colours = "".join(f"--c-{name}:{value};" for name, value in COLOURS.items())
     page = folder / "looked.html"
     page.write_text(
@@ -56,12 +56,12 @@ def faults(browser: str, boxes: Sequence[str], folder: Path) -> list[str]:
         f"<body data-count='{len(boxes)}'><span style='font-family:Fixed'>letters</span>{''.join(boxes)}"
         f"<script type='application/json' id='roles'>{json.dumps(ROLES)}</script>"
         f"<script>{(SOURCES / 'charts.js').read_text()}</script>"
-        f"<script>{(HERE / 'legibility.js').read_text()}</script>",
+        f"<script>const faults = [];\n{(HERE / 'legibility.js').read_text().replace('/* more */', more)}</script>",
         encoding="utf-8",
     )
-    found = re.search(r'id="faults">(.*?)</pre>', shown(browser, page.as_uri(), folder), re.DOTALL)
-    assert found, "the script ended early"
-    result = json.loads(html.unescape(found[1]))
+    output = re.search(r'id="faults">(.*?)</pre>', shown(browser, page.as_uri(), folder), re.DOTALL)
+    assert output, "the script ended early"
+    result = json.loads(html.unescape(output[1]))
     assert result["looked"] == str(len(boxes))
     return list(result["faults"])
 
@@ -89,6 +89,15 @@ def test_every_figure_can_be_read(smoke_results: Path, browser: str, tmp_path: P
     assert faults(browser, boxes, tmp_path) == []
 
 
+def test_one_cursor_moves_in_all_charts_of_a_figure(browser: str, tmp_path: Path) -> None:
+    spec = _plain(CHART, {}) | {"note": ""}
+    boxes = [f"<div>{box('a', spec, 400)}{box('b', spec, 400)}</div>", f"<div>{box('c', spec, 400)}</div>"]
+    script = """const of = n => document.querySelectorAll("[data-spec]")[n].chart;
+    of(0).svg.dispatchEvent(new KeyboardEvent("keydown", { key: "End" }));
+    faults.push([0, 1, 2].map(n => of(n).now).join(" "), of(1).output.textContent);"""
+    assert faults(browser, boxes, tmp_path, script) == ["3 3 2", "across 3: ours 4 (3 to 9)"]
+
+
 TABLE = {
     "x": np.arange(4.0),
     "y": np.array([1.0, 2.0, 3.0, 4.0]),
@@ -113,14 +122,14 @@ def test_the_script_notices_faults(browser: str, tmp_path: Path) -> None:
         box("outside", spec | {"limits": [0.0, 5.0]}, 400),
         box("over", spec | {"y_label": "a -3 b", "names": ["a"] * 4 + ["b"] * 0}, 400),
     ]
-    found = "\n".join(faults(browser, bad, tmp_path))
+    noticed = "\n".join(faults(browser, bad, tmp_path))
     for words in (
         'cut, picture: "',
         "1 of 2 bands",
         "ends of y outside the axis",
         "has a hyphen for a minus",
     ):
-        assert words in found
+        assert words in noticed
     close = replace(
         CHART, references=[Reference(x=2.0, label="a" * 60), Reference(x=2.0, label="b" * 60)] * 20
     )

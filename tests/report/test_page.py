@@ -16,7 +16,8 @@ import pytest
 from PIL import Image
 
 from pipeline import papers, plugins
-from pipeline.charts import Axis, Chart, Lines, Reference, Sheet, from_json, lines_of, to_json
+from pipeline.chart_json import from_json, to_json
+from pipeline.charts import Axis, Chart, Lines, Reference, Sheet, lines_of
 from pipeline.palette import Style
 from pipeline.pictures.embedding import packed_vector, reduced
 from pipeline.report import templates, verdicts
@@ -239,7 +240,7 @@ def test_of_tables_the_page_holds_what_is_drawn_and_what_players_compare_with(tm
     assert spec is not None
     [drawn] = json.loads(spec)["series"]
     assert (drawn["key"], drawn["x"][:3], drawn["y"][:3]) == ("map", [0, 1, 2], [0, 0.333333, 0.666667])
-    assert (drawn["lo"][1], drawn["hi"][1]) == (-0.666667, 1.33333)
+    assert (drawn["low"][1], drawn["high"][1]) == (-0.666667, 1.33333)
     assert "of_no_curve" not in text
 
 

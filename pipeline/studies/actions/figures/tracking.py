@@ -121,7 +121,7 @@ class TrackingError(Figure):
             f" {len(sweep.tracked)} performances, each by a model learnt without it (or without its person)."
             f" {interval_words(tables['table_performances']['person'].nunique())} Where not varied: {usual} particles,"
             f" noise {noise:g} mm, nothing hidden. Prior: the action model; no prior: a random walk with the same"
-            " diffusion, or with steps as large as in the data; mean: the mean performance alone. Dotted line: the true"
+            " diffusion, or with steps as large as in the data; mean: the mean performance alone. Grey dotted line: the true"
             f" postures, projected into the aSpace. {self._lost(inputs, tables['table_performances'])}",
         )
 
@@ -136,8 +136,9 @@ class TrackingError(Figure):
             return ", ".join(f"{count} at {level:g}{unit}" for level, count in by.items())
 
         return (
-            "Single performances lose the phase, which never runs back, and raise the mean: without the"
-            f" {way}, {counts('noise', 'noise_mm', ' mm of noise')}; {counts('particles', 'particles', ' particles')}."
+            f"Performances that err by more than {LOST_ABOVE:g} times as much as that line have lost the phase, which"
+            f" never runs back, and raise the mean: without the {way}, {counts('noise', 'noise_mm', ' mm of noise')};"
+            f" {counts('particles', 'particles', ' particles')}."
         )
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:

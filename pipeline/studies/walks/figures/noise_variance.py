@@ -87,7 +87,6 @@ class NoiseVariance(Figure):
             x="sigma2_mm2",
             abscissa=Axis(label="noise variance σ²", limits=(0.0, table["sigma2_mm2"].max())),
             y="absolute_error_mm2",
-            named=True,
         )
         mean = sigma2(
             label="mean square error",

@@ -1,4 +1,14 @@
-"""Declarations of charts: lines from tables, references, axes, and their arrangement in a picture."""
+"""Charts as plain values: the columns of tables that are drawn, and their axes.
+
+A figure declares its charts once.  `pipeline.pictures` prints them, `pipeline.recordings` logs those whose abscissa is
+the recording's timeline, and `pipeline.report` shows them on the page.  Pictures and page have the same lines
+(`lines_of`) and the same limits (`pipeline.chart_limits`).  This module uses neither matplotlib nor rerun.
+
+>>> chart = Chart(x="view_angle_deg", y="error_mm", by="method", label="Error", unit="mm", styles={"map": Style("MAP")})
+>>> table = {"view_angle_deg": [0, 30], "error_mm": [1.0, 2.0], "method": ["map", "map"]}
+>>> [(line.key, line.y.tolist()) for line in lines_of(chart, {"table": table})]
+[('map', [1.0, 2.0])]
+"""
 
 from __future__ import annotations
 
@@ -6,7 +16,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from pipeline.palette import Styles
+import numpy as np
+
+from pipeline import tidy
+from pipeline.palette import CYCLE, Style, Styles, style_keys, style_of
+from pipeline.validation import InvalidInput
+
+Ends = tuple[np.ndarray, np.ndarray]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -127,8 +143,6 @@ class Chart(Lines):
         Lower bound of a logarithmic ordinate, to which smaller values are clamped.
     limits : (float, float), optional
         Range that the ordinate covers at least.
-    named : bool
-        Whether the lines are labelled at their right ends, not in the legend; in pictures only.
     page, picture : bool
         Whether the page and the picture show the chart.
     """
@@ -145,7 +159,6 @@ class Chart(Lines):
     log_y: bool = False
     least: float = 0.0
     limits: tuple[float, float] | None = None
-    named: bool = False
     page: bool = True
     picture: bool = True
 
@@ -205,8 +218,8 @@ class Sheet:
     letters: bool = True
     panel_size: tuple[float, float] | None = None
 
-    def with_published(self, number: Callable[[str], float]) -> Sheet:
-        """Return the sheet with published numbers in place of the names of their claims."""
+    def with_published(self, number: Callable[[str], float], shown: bool = True) -> Sheet:
+        """Return the sheet with published numbers in place of the names of their claims, or without them."""
 
         def resolved(reference: Reference) -> Reference:
             values = {"x": reference.x, "y": reference.y, "percent": reference.percent}
@@ -216,11 +229,135 @@ class Sheet:
             label = reference.label or ("published" if named else "")
             return replace(reference, **named, label=label, published=bool(named) or reference.published)
 
-        return self._with_references(lambda references: [resolved(r) for r in references])
+        def changed(chart: Chart) -> Chart:
+            references = [resolved(reference) for reference in chart.references]
+            return replace(chart, references=[r for r in references if shown or not r.published])
 
-    def without_published(self) -> Sheet:
-        """Return the sheet without the references that a paper prints."""
-        return self._with_references(lambda references: [r for r in references if not r.published])
+        return replace(self, charts=[changed(chart) for chart in self.charts])
 
-    def _with_references(self, change: Callable[[Sequence[Reference]], list[Reference]]) -> Sheet:
-        return replace(self, charts=[replace(c, references=change(c.references)) for c in self.charts])
+
+@dataclass(frozen=True)
+class Line:
+    """Line of a chart, with its values.
+
+    Attributes
+    ----------
+    key : str
+        Name of the series.
+    style : Style
+        Style, always with a colour.
+    x, y : (N,) float
+    band, interval : ((N,), (N,)) float, optional
+        Lower and upper ends; NaN where unknown.
+    strands : (N,), optional
+        Line to which each point belongs.
+    """
+
+    key: str
+    style: Style
+    x: np.ndarray
+    y: np.ndarray
+    band: Ends | None = None
+    interval: Ends | None = None
+    strands: np.ndarray | None = None
+
+
+def lines_of(chart: Chart, tables: Mapping[str, Any]) -> list[Line]:
+    """Return the lines of a chart from the tables of its figure.
+
+    Rows without a finite value are left out.  Over an abscissa of names, the series are drawn next to each other.
+
+    Raises
+    ------
+    InvalidInput
+        If a table or column is missing, or no row matches.
+    """
+    drawn: list[Line] = []
+    for lines in (chart, *chart.also):
+        table = tables.get(lines.table) if isinstance(lines.table, str) else lines.table
+        if table is None:
+            raise InvalidInput(
+                "the figure has no such table", lines.table, ", ".join(tables), code="no_table"
+            )
+        drawn += _lines(chart, lines, table, len(drawn))
+    if (
+        chart.abscissa.words
+        and len(drawn) > 1
+        and len(np.unique(places := np.concatenate([line.x for line in drawn]))) < len(places)
+        and not any(lines.strands for lines in (chart, *chart.also))
+    ):
+        step = 0.5 / (len(drawn) - 1)
+        drawn = [replace(line, x=line.x - 0.25 + step * n) for n, line in enumerate(drawn)]
+    return drawn
+
+
+def _lines(chart: Chart, lines: Lines, table: Any, number: int) -> list[Line]:
+    x, y = lines.x or chart.x, lines.y
+    around = [lines.band] if isinstance(lines.band, str) else list(lines.band)
+    ends = [name for name in (f"{y}_low", f"{y}_high") if name in table]
+    columns = [x, y, *filter(None, [*around, lines.strands, lines.less]), *ends]
+    keys = style_keys(lines.styles)
+    drawn: list[Line] = []
+    for key, rows in tidy.groups(table, columns, by=lines.by, where=lines.where, keys=keys).items():
+        key = key or (keys[0] if len(keys) == 1 else y)
+        style = style_of(lines.styles, key)
+        less = rows[lines.less] if lines.less else 0.0
+
+        def scaled(column: str, rows: Mapping[str, np.ndarray] = rows, less: Any = less) -> np.ndarray:
+            values = lines.times * (np.asarray(rows[column], float) - less)
+            return np.maximum(values, chart.least) if chart.log_y else values
+
+        values, band, interval = scaled(y), None, None
+        if around[0] and style.banded:
+            half = rows[around[0]]
+            band = (
+                (scaled(around[0]), scaled(around[1]))
+                if len(around) == 2
+                else (values - lines.times * half, values + lines.times * half)
+            )
+        if len(ends) == 2 and style.interval:
+            interval = (scaled(ends[0]), scaled(ends[1]))
+        places = list(chart.abscissa.words)
+        at = np.array([places.index(str(v)) for v in rows[x]] if places else rows[x], float)
+        rows_drawn = np.flatnonzero(np.isfinite(values) & np.isfinite(at))
+        if chart.abscissa.log:
+            rows_drawn = rows_drawn[at[rows_drawn] > 0]
+        rows_drawn = rows_drawn[np.argsort(at[rows_drawn], kind="stable")]
+        if rows_drawn.size:
+            colour = style.colour or CYCLE[(number + len(drawn)) % len(CYCLE)]
+            drawn.append(
+                Line(
+                    key,
+                    replace(style, colour=colour),
+                    at[rows_drawn],
+                    values[rows_drawn],
+                    _known(band, rows_drawn),
+                    _known(interval, rows_drawn),
+                    rows[lines.strands][rows_drawn] if lines.strands else None,
+                )
+            )
+    return drawn
+
+
+def _known(ends: Ends | None, rows: np.ndarray) -> Ends | None:
+    """Return the ends of these rows, with NaN for both ends where one is unknown; None if all are unknown."""
+    if ends is None:
+        return None
+    low, high = (end[rows] for end in ends)
+    if (low > high).any():
+        raise InvalidInput("the ends of an interval are swapped", expected="low ≤ high", code="swapped_ends")
+    finite = np.isfinite(low) & np.isfinite(high)
+    return (np.where(finite, low, np.nan), np.where(finite, high, np.nan)) if finite.any() else None
+
+
+def on_timeline(timeline: str, values: np.ndarray) -> np.ndarray:
+    """Return the positions (N,) of abscissa values on a timeline, as whole numbers except for ``time``.
+
+    Examples
+    --------
+    >>> on_timeline("log10_eta_per_mille", np.array([1.0, 2.0])), on_timeline("view_angle_deg", np.array([30.0]))
+    (array([  0., 301.]), array([30.]))
+    """
+    values = np.log10(values) if timeline.startswith("log10_") else values
+    values = 1000.0 * values if timeline.endswith("_per_mille") else values
+    return values if timeline == "time" else np.rint(values)

@@ -8,7 +8,7 @@ from typing import Any, get_type_hints
 
 import numpy as np
 
-from pipeline.charts.values import Axis, Chart, Lines, Reference
+from pipeline.charts import Axis, Chart, Lines, Reference
 from pipeline.palette import Style
 from pipeline.validation import InvalidInput, fits
 
@@ -27,7 +27,8 @@ def to_json(chart: Chart) -> dict[str, Any]:
     """Return the JSON form of a chart, without default values; ordered mappings become lists of pairs."""
     plain = _plain(chart)
     abscissa = {_FLAT[name]: value for name, value in plain.pop("abscissa").items()}
-    return {name: value for name, value in (plain | abscissa).items() if name not in ("named", "page")}
+    plain.pop("page", None)
+    return plain | abscissa
 
 
 def _plain(value: Any) -> Any:

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.charts.lines import Line, lines_of
-from pipeline.charts.values import Chart, Sheet
+from pipeline.charts import Chart, Line, Sheet, lines_of
 
 _MARGIN, _POINT_MARGIN = 0.05, 0.03
 """Margins of an ordinate, and of an abscissa with points, as fractions of the range of the data."""
@@ -24,14 +23,14 @@ def ordinate_limits(panels: Sequence[tuple[Chart, Sequence[Line]]]) -> tuple[flo
     charts, lines = [chart for chart, _ in panels], [line for _, drawn in panels for line in drawn]
     log, zero = any(chart.log_y for chart in charts), any(chart.zero for chart in charts)
     levels = [float(r.y) for chart in charts for r in chart.references if r.y is not None]
-    given = [_scaled(chart.limits, log) for chart in charts if chart.limits]
-    held = [line.y for line in lines] + [end for line in lines for end in line.interval or ()]
-    low, high = _ends([_scaled(part, log) for part in (*held, levels)])
+    requested = [_scaled(chart.limits, log) for chart in charts if chart.limits]
+    inside = [line.y for line in lines] + [end for line in lines for end in line.interval or ()]
+    low, high = _ends([_scaled(part, log) for part in (*inside, levels)])
     if zero and not log:
         low, high = min(low, 0.0), max(high, 0.0)
     bands = [_scaled(end, log) for line in lines for end in line.band or ()]
-    if given:
-        outer = _ends(given)
+    if requested:
+        outer = _ends(requested)
         fixed = (outer[0] <= low, outer[1] >= high)
         low, high = min(low, outer[0]), max(high, outer[1])
     else:
