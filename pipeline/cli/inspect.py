@@ -6,12 +6,12 @@ import re
 import shlex
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
 from pipeline import formats, mappings
-from pipeline.cli.output import tell_section
+from pipeline.cli.output import tell_json, tell_section
 from pipeline.cli.walkers import options_of
 from pipeline.clips.walks import walk_in
 from pipeline.ingestion import joints, nearest_joints
@@ -336,6 +336,7 @@ def look(arguments: Sequence[str]) -> int:
     """Show points, mapping and walk of recordings, and the next command: inspect PATH [OPTION=VALUE ...].
 
     PATH is a file or a folder; subfolders are included.  The exit status is 1 if no mapping fits any recording.
+    --json prints name, lines, mapping, strides and people of each file for other programs.
 
     write=my_lab.yaml     write a proposed mapping of the file's points to joints, with every guess marked
     replace=true          let write= replace an existing file
@@ -348,12 +349,16 @@ def look(arguments: Sequence[str]) -> int:
                           automatically if its name begins with the person's and contains the word static
     """
 
+    as_json, arguments = "--json" in arguments, [item for item in arguments if item != "--json"]
     inspected = []
     for findings in inspect(arguments):
-        tell_section(findings.name, findings.lines)
         inspected.append(findings)
+        if not as_json:
+            tell_section(findings.name, findings.lines)
+    if as_json:
+        tell_json([*map(asdict, inspected)])
     folder = next((Path(item) for item in arguments if Path(item).is_dir()), None)
-    if folder is not None:
+    if folder is not None and not as_json:
         tell_section("summary", summary(folder, inspected))
     return (
         0 if any(each.mapping for each in inspected) or any(a.startswith("write=") for a in arguments) else 1

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from collections.abc import Iterable
+from typing import Any
 
 from pipeline.validation import printable
 
 _CODES = {"bold": "1", "dim": "2"}
+
+
+def tell_json(value: Any) -> None:
+    """Print a value as JSON, for other programs."""
+    print(json.dumps(value, indent=1, default=str))
 
 
 def tell(text: str, style: str = "") -> None:
