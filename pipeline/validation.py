@@ -54,6 +54,12 @@ def printable(text: str) -> str:
     return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
 
 
+_UNKNOWN = ("unknown_choice", "unknown_option", "unknown_command")
+"""Codes of errors whose message names the nearest valid name."""
+_SIMILAR = 0.75
+"""Least similarity of a name that is suggested, as `difflib` measures it."""
+
+
 class InvalidInput(ValueError):
     """Error for input that cannot be used, with a message of one sentence.
 
@@ -100,6 +106,12 @@ class InvalidInput(ValueError):
         self.typed = (requirement and not isinstance(where, Path)) if typed is None else typed
         where, expected, received = _short(str(where)), str(expected), _short(str(received))
         sentence = f"{where} {what}" if requirement else f"{where}: {what}" if where else what
+        if code in _UNKNOWN:
+            from difflib import get_close_matches  # slow to import
+
+            names = re.findall(r"[\w.-]+", expected or what)
+            near = get_close_matches(received or where.rpartition(".")[2], names, 1, _SIMILAR)
+            sentence += f": did you mean {near[0]}?" if near and near[0] != expected else ""
         labelled = (("expected", expected), ("got" if self.typed else "found", received))
         details = ", ".join(f"{label} {value}" for label, value in labelled if value)
         whole = _with_short_names(f"{sentence} ({details})" if details else sentence)
@@ -254,7 +266,7 @@ def require_choice(name: str, value: Value, choices: Iterable[Value]) -> Value:
     >>> require_choice("penalty", "printed", ("change", "as_printed"))
     Traceback (most recent call last):
         ...
-    pipeline.validation.InvalidInput: penalty must be change or as_printed (got printed)
+    pipeline.validation.InvalidInput: penalty must be change or as_printed: did you mean as_printed? (got printed)
     """
     allowed = list(choices)
     if value not in allowed:

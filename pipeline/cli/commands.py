@@ -14,6 +14,7 @@ from rich.text import Text
 from pipeline.cli.compose import compose, compose_figures, reason_without_clips
 from pipeline.cli.durations import durations, insert_durations
 from pipeline.cli.earlier_names import require_preset
+from pipeline.cli.output import tell_json
 from pipeline.cli.presets import listed, split_named, split_options
 from pipeline.cli.status import CURRENT, status
 from pipeline.cli.summary import claim_rows, claims_table, counts, open_console
@@ -114,8 +115,10 @@ def make_page(folder: Path, data_name: str, figures: Sequence[str]) -> str:
 def claims(arguments: Sequence[str]) -> int:
     """Print the papers' claims next to our numbers, and write claims.csv in the folder of the figures.
 
-    ``claims FIGURE``, or ``experiment=a,b``, prints only the claims on these figures and writes no file.
+    ``claims FIGURE``, or ``experiment=a,b``, prints only the claims on these figures and writes no file.  ``--json``
+    prints the rows for other programs.
     """
+    as_json, arguments = "--json" in arguments, [item for item in arguments if item != "--json"]
     named, common = split_named([a if "=" in a else f"experiment={a}" for a in arguments])
     experiment, figures = figures_for(common, [*map(require_preset, named)])
     folder, out = experiment.published_in, open_console()
@@ -129,6 +132,9 @@ def claims(arguments: Sequence[str]) -> int:
     if not named:
         write_claims(folder / "claims.csv", verdicts)
     rows = claim_rows(verdicts)
+    if as_json:
+        tell_json(rows)
+        return 0
     out.print(claims_table(rows, out.width))
     for row in rows:
         if row["why"]:

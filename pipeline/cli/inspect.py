@@ -6,12 +6,12 @@ import re
 import shlex
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
 from pipeline import formats, mappings
-from pipeline.cli.output import tell_section, tell_table
+from pipeline.cli.output import tell_json, tell_section, tell_table
 from pipeline.cli.walkers import options_of
 from pipeline.clips.walks import walk_in
 from pipeline.ingestion import joints, nearest_joints
@@ -359,6 +359,8 @@ def look(arguments: Sequence[str]) -> int:
 
     PATH is a file or a folder; subfolders are included.  A folder is shown as one table with one next command.  The
     exit status is 1 if no mapping fits any recording.
+    --json prints name, lines, mapping, strides and people of each file for other programs.
+
 
     details=true          print what a single file shows for each file of a folder
     write=my_lab.yaml     write a proposed mapping of the file's points to joints, with every guess marked
@@ -372,15 +374,18 @@ def look(arguments: Sequence[str]) -> int:
                           automatically if its name begins with the person's and contains the word static
     """
 
+    as_json, arguments = "--json" in arguments, [item for item in arguments if item != "--json"]
     folder = next((Path(item) for item in arguments if Path(item).is_dir()), None)
     table, inspected = folder is not None and not {"details=true", "details=1"} & {*arguments}, []
     for findings in inspect(arguments):
-        if not table:
+        if not table and not as_json:
             tell_section(findings.name, findings.lines)
         inspected.append(findings)
-    if table:
+    if as_json:
+        tell_json([*map(asdict, inspected)])
+    elif table:
         tell_table(("file", "mapping", "joints", "strides", "walk"), [*map(_row, inspected)])
-    if folder is not None:
+    if folder is not None and not as_json:
         tell_section("summary", summary(folder, inspected))
     return (
         0 if any(each.mapping for each in inspected) or any(a.startswith("write=") for a in arguments) else 1

@@ -20,6 +20,7 @@
   python -m pipeline inspect PATH [write=my_lab.yaml]     show points, mapping and walk of recordings, and the next step
 {commands}
   python -m pipeline COMMAND --help, python -m pipeline --version
+  --quiet prints errors only; --json prints the result of inspect, status, claims and verify for other programs
 
 {figures}
 
@@ -39,7 +40,7 @@ Figures on a cluster (needs the extra `cluster`; see docs/cluster.md):
 
 A figure with the options of its preset is written to results/DATA/SCALE/FIGURE, with changed options to
 results/scratch/TIME/FIGURE.  Figures are made in parallel by `workers` processes, by default one per core.
-Exit status: 0 success, 1 failure (a message says why), 130 interrupted (Ctrl-C or SIGTERM).
+Exit status: 0 success, 1 failure (a message says why), 130 interrupted (Ctrl-C or SIGTERM); `status`: 0 in any case.
 """
 
 from __future__ import annotations
@@ -53,7 +54,7 @@ import sys
 import textwrap
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, redirect_stdout, suppress
 from datetime import datetime
 from itertools import product
 from pathlib import Path
@@ -201,10 +202,12 @@ def make_all(arguments: Sequence[str]) -> int:
     figures as jobs of a cluster (launch.partition, .minutes, .cores; docs/cluster.md).
     """
     from pipeline.cli.compose import compose_figures, order, reason_without_clips
+    from pipeline.cli.output import tell_json
     from pipeline.cli.summary import open_console
 
     launched, arguments = _split(arguments, lambda item: item.startswith(("launch=", "launch.")))
     dry, arguments = _split(arguments, lambda item: item == "--dry-run")
+    as_json, arguments = _split(arguments, lambda item: item == "--json")
     named, common = split_named(arguments)
     experiments = compose_figures(named, common)
     left_out: dict[str, list[str]] = {}
@@ -217,6 +220,9 @@ def make_all(arguments: Sequence[str]) -> int:
     from pipeline.storage.sealed_folders import MANIFEST
 
     folders = [destination(experiment, common, moment) for experiment in ordered]
+    if as_json:
+        tell_json([vars(status(*job)) for job in zip(ordered, folders, strict=True)])
+        return 0
     if dry:
         print_status([*map(status, ordered, folders)], console, folders[0].parent if folders else None)
         return 0
@@ -248,7 +254,7 @@ def make_all(arguments: Sequence[str]) -> int:
 def show_status(arguments: Sequence[str]) -> int:
     """Show without computing whether each figure is current, stale (and why) or missing.
 
-    status [experiment=A,B] [data=...] [scale=...] [OVERRIDE ...]
+    status [experiment=A,B] [data=...] [scale=...] [OVERRIDE ...] [--json]
     """
     return make_all([*arguments, "--dry-run"])
 
@@ -282,7 +288,8 @@ def main(arguments: Sequence[str]) -> int:
     """Run the command line and return the exit status."""
     try:
         with _interrupted_by_signals():
-            status = _run(arguments)
+            with suppress_output() if "--quiet" in arguments else nullcontext():
+                status = _run([item for item in arguments if item != "--quiet"])
             sys.stdout.flush()
             return status
     except KeyboardInterrupt:
@@ -302,6 +309,13 @@ def main(arguments: Sequence[str]) -> int:
             raise
         print(words, file=sys.stderr)
         return 1
+
+
+@contextmanager
+def suppress_output() -> Iterator[None]:
+    """Discard what is printed to standard output during the ``with`` block."""
+    with open(os.devnull, "w", encoding="utf-8") as nowhere, redirect_stdout(nowhere):  # noqa: PTH123
+        yield
 
 
 @contextmanager
@@ -337,7 +351,9 @@ def _run(arguments: Sequence[str]) -> int:
         if {"--help", "-h"} & set(others):
             print(_help_of(first))
             return 0
-        if others and Path(others[0]).exists():
+        if "--json" in others:
+            pass  # the output is for a program
+        elif others and Path(others[0]).exists():
             print(f"reading {others[0]}", flush=True)
         else:
             _announce(first, others)

@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 import sys
 import textwrap
 from collections.abc import Iterable, Sequence
 from itertools import zip_longest
+from typing import Any
 
 from pipeline.validation import printable
 
 MIN_WRAPPED = 12
 """Smallest width of the last column of a table."""
 _CODES = {"bold": "1", "dim": "2"}
+
+
+def tell_json(value: Any) -> None:
+    """Print a value as JSON, for other programs."""
+    print(json.dumps(value, indent=1, default=str))
 
 
 def tell(text: str, style: str = "") -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 from pipeline.cli.compose import compose, with_options
 from pipeline.cli.earlier_names import earlier_names
 from pipeline.cli.figures import make_figures
+from pipeline.cli.output import tell_json
 from pipeline.cli.presets import split_options
 from pipeline.cli.summary import open_console
 from pipeline.storage import agreement, archive, provenance
@@ -22,24 +23,25 @@ def verify(arguments: Sequence[str]) -> int:
     ``rerun=1`` also computes the figures again (``only=FIGURE``: one of them).  Tables and verdicts must agree within
     the tolerances in the archive's digits.csv.  Archives of earlier versions are read by today's names; figures that
     no longer exist are named.  Code in an archive is never run: a figure that used a user's file needs
-    ``plugins=FILE``.
+    ``plugins=FILE``.  ``--json`` prints the complaints about each archive for other programs.
     """
     options, named = split_options(arguments, ("rerun", "only", "plugins"))
     if not named:
         raise InvalidInput(
             "no archive is named", expected="verify results/archive/<date>-<commit>", code="no_archive_named"
         )
-    status = 0
+    as_json, named = "--json" in named, [item for item in named if item != "--json"]
+    complaints_of: dict[str, list[str]] = {}
     for folder in [archived for path in map(Path, named) for archived in _archives(path)]:
         complaints = archive.verify(folder)
-        for complaint in complaints:
-            print(f"{folder}: {complaint}")
-        if not complaints:
-            print(f"{folder}: every file is unchanged")
-            if options.get("rerun") not in (None, "", "0"):
-                complaints = computed_again(folder, options.get("only", ""))
-        status |= bool(complaints)
-    return status
+        if not as_json:
+            print("\n".join(f"{folder}: {each}" for each in complaints or ["every file is unchanged"]))
+        if not complaints and options.get("rerun") not in (None, "", "0"):
+            complaints = computed_again(folder, options.get("only", ""))
+        complaints_of[str(folder)] = complaints
+    if as_json:
+        tell_json(complaints_of)
+    return int(any(complaints_of.values()))
 
 
 def _archives(path: Path) -> list[Path]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 
 from pipeline.cli.options import filled
 from pipeline.cli.output import tell, tell_section
@@ -41,7 +42,9 @@ def reconstruct(arguments: Sequence[str]) -> int:
                                leave out the viewer's recording, the page, the skeleton over the film
     model_folder=DIR           your own model, as written by `model`
     """
-    if arguments and "=" not in arguments[0]:  # a file or folder alone, as in other commands
+    if arguments and (
+        "=" not in arguments[0] or Path(arguments[0]).exists()
+    ):  # a path alone, as in other commands
         arguments = [f"input.path={arguments[0]}", *arguments[1:]]
     _, summary, folder = run(filled(Reconstruct, arguments), lambda words: tell(words, "dim"), _progress)
     (_, reasons), *others = words.facts(summary)
