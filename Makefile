@@ -17,7 +17,7 @@ PIP    := $(VENV)/bin/python -m pip install --quiet --disable-pip-version-check 
 # Small figures that call every compiled loop.  `make install` runs them in the background to fill the cache of numba.
 LOOPS  := park2011_fig3c,park2011_fig4,mozerov2006_fig4,mozerov2006_tracking
 FIGURES := $(notdir $(basename $(wildcard conf/experiment/*.yaml walk3d/conf/experiment/*.yaml)))
-# LAUNCH=slurm runs the figures as jobs of a cluster.
+# LAUNCH=slurm|pbs|lsf|sge|oar|htcondor|moab|dask makes the figures by the workers of a cluster.
 AS_JOBS := $(if $(filter-out local,$(LAUNCH)),launch=$(LAUNCH))
 # One BLAS thread: many small solves are several times slower with more.
 export OPENBLAS_NUM_THREADS ?= 1
@@ -58,9 +58,9 @@ $(DEV): requirements-dev.lock $(CLUSTER)
 	@$(PIP) -r requirements.lock -r requirements-cluster.lock -r requirements-dev.lock
 	@touch $(DEV)
 
-cluster: $(CLUSTER) ## add submitit and joblib, for LAUNCH=slurm and Hydra's launchers
+cluster: $(CLUSTER) ## add Dask and joblib, for LAUNCH=slurm|pbs|…|dask and Hydra's launcher
 $(CLUSTER): requirements-cluster.lock $(READY)
-	@echo "adding submitit and joblib from requirements-cluster.lock (once)"
+	@echo "adding Dask and joblib from requirements-cluster.lock (once)"
 	@$(PIP) -r requirements.lock -r requirements-cluster.lock
 	@touch $(CLUSTER)
 
@@ -71,7 +71,7 @@ $(VIDEO): requirements-video.lock $(LIGHT_READY)
 	@touch $(VIDEO)
 
 ##@ Figures of the papers
-sweeps: $(READY) $(if $(AS_JOBS),$(CLUSTER)) ## every figure at full scale; DATA=synthetic (default), optical, cmu, hdm05; LAUNCH=slurm: on a cluster
+sweeps: $(READY) $(if $(AS_JOBS),$(CLUSTER)) ## every figure at full scale; DATA=synthetic (default), optical, cmu, hdm05; LAUNCH=slurm|pbs|…|dask: on a cluster
 	@$(RUN) figures data=$(DATA) scale=$(SCALE) $(AS_JOBS) $(ARGS)
 
 smoke: $(READY) $(if $(AS_JOBS),$(CLUSTER)) ## every figure at small scale

@@ -18,6 +18,7 @@ import sys
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
+from contextvars import ContextVar
 from multiprocessing import Pipe
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -55,6 +56,21 @@ class _Share:
     spare: Semaphore | None = None
     not_returned = 0
     helper = False
+
+
+Mapper = Callable[[Callable[[Any], Any], Sequence[Any]], list[Any]]
+"""Function that returns the results of another function for each item."""
+_mapper: ContextVar[Mapper | None] = ContextVar("mapper", default=None)
+
+
+@contextmanager
+def mapped_by(mapper: Mapper) -> Iterator[None]:
+    """Let `map_processes` call `mapper` in this thread during the ``with`` block, instead of forking helpers."""
+    before = _mapper.set(mapper)
+    try:
+        yield
+    finally:
+        _mapper.reset(before)
 
 
 def usable_cores() -> int:
@@ -150,7 +166,9 @@ def map_processes(function: Callable[[Item], Result], items: Iterable[Item], wor
     """
     tasks = list(items)
     with one_thread():
-        most = min(workers, len(tasks)) - 1
+        most, mapper = min(workers, len(tasks)) - 1, _mapper.get()
+        if most >= 1 and mapper:
+            return mapper(function, tasks)
         if most < 1 or _Share.helper or not CAN_FORK:
             return [function(item) for item in tasks]
         size = -(-len(tasks) // _MAX_BLOCKS)

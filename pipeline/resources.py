@@ -50,7 +50,7 @@ def version() -> str:
 
 _DISTRIBUTIONS = {
     "cv2": "opencv-python-headless", "ai_edge_litert": "ai-edge-litert", "PIL": "pillow", "hydra": "hydra-core",
-    "rerun": "rerun-sdk", "yaml": "pyyaml",
+    "rerun": "rerun-sdk", "yaml": "pyyaml", "dask_jobqueue": "dask-jobqueue",
 }  # fmt: skip
 """Name of a package for pip by name of its module, where the two differ."""
 

@@ -212,7 +212,7 @@ def in_words(error: Exception) -> Exception:
             group, _, name = error.missing_cfg_file.rpartition("/")
         options = " or ".join(o for o in error.options or () if not o.startswith("base_"))
         if group == "hydra/launcher":
-            options += "; joblib and submitit_* need the extra `cluster`"
+            options += "; joblib needs the extra `cluster`"
         return InvalidInput(
             "there is no such option", group, options, name, code="unknown_option", typed=True
         )

@@ -86,16 +86,22 @@ def _remarks_on(clips: Clips) -> list[str]:
     return remarks
 
 
-def attempt(experiment: Experiment, folder: Path, at: Callable[[str], None], *, early: bool = False) -> Made:
+def attempt(
+    experiment: Experiment,
+    folder: Path,
+    at: Callable[[str], None],
+    *,
+    early: bool = False,
+    store: Store | None = None,
+) -> Made:
     """Make a figure and return the outcome, or the failure; the first figure of a folder is published early.
 
     Each figure uses a new store, so that memory does not grow with the number of figures.
     """
     early |= not folder.parent.exists()
     try:
-        return make_figure(
-            experiment, folder, store=Store(Path(experiment.results), core_lent), at=at, early=early
-        )
+        store = store or Store(Path(experiment.results), core_lent)
+        return make_figure(experiment, folder, store=store, at=at, early=early)
     except Exception as error:
         words = sentence(error)
         if words:

@@ -35,8 +35,8 @@ An override sets an option by its full name; `--cfg job` prints all options with
 Figures of your own recordings (skeleton=auto recognises the marker set; skeleton=my_lab.yaml is your own mapping):
   python -m pipeline experiment=FIGURE data=folder data.path=DIR data.pattern='**/*.c3d' skeleton=auto
 Figures on a cluster (needs the extra `cluster`; see docs/cluster.md):
-  python -m pipeline figures launch=slurm launch.partition=short launch.cores=4 launch.minutes=60
-  python -m pipeline -m hydra/launcher=submitit_slurm experiment=zhang2007_fig5 model.components=10,20,30
+  python -m pipeline figures launch=slurm launch.queue=short launch.cores=4 launch.jobs=20
+  python -m pipeline figures launch=dask launch.scheduler=tls://host:8786
 
 A figure with the options of its preset is written to results/DATA/SCALE/FIGURE, with changed options to
 results/scratch/TIME/FIGURE.  Figures are made in parallel by `workers` processes, by default one per core.
@@ -194,12 +194,12 @@ def _moment() -> str:
 
 
 def make_all(arguments: Sequence[str]) -> int:
-    """Make figures in parallel: figures [experiment=A,B] [data=...] [scale=...] [launch=slurm]
+    """Make figures in parallel: figures [experiment=A,B] [data=...] [scale=...] [launch=slurm|pbs|...|dask]
     [OVERRIDE ...] [--dry-run].
 
     Without experiment=, the command makes all figures for which the data set has clips.  Finished stages are cached:
     the same command continues an interrupted run.  --dry-run only prints what would be made.  launch=slurm makes the
-    figures as jobs of a cluster (launch.partition, .minutes, .cores; docs/cluster.md).
+    figures by the workers of a cluster (launch.queue, .jobs, .cores, .walltime; docs/cluster.md).
     """
     from pipeline.cli.compose import compose_figures, order, reason_without_clips
     from pipeline.cli.output import tell_json
@@ -224,7 +224,7 @@ def make_all(arguments: Sequence[str]) -> int:
         tell_json([vars(status(*job)) for job in zip(ordered, folders, strict=True)])
         return 0
     if dry:
-        print_status([*map(status, ordered, folders)], console, folders[0].parent if folders else None)
+        print_status([*map(status, ordered, folders)], console)
         return 0
     complete = bool(folders) and not named and all(map(_is_presets_own, ordered, folders))
     current, failures = complete and all((folder / MANIFEST).is_file() for folder in folders), []
@@ -234,9 +234,9 @@ def make_all(arguments: Sequence[str]) -> int:
     else:
         jobs = [*zip(ordered, folders, strict=True)]
         if launched:
-            from pipeline.cli.cluster import launch_figures
+            from pipeline.cli.engine import make
 
-            failures = launch_figures(jobs, launched, console=console)
+            failures = make(jobs, launched, console=console)
         else:
             from pipeline.cli.figures import make_figures
 
@@ -351,11 +351,9 @@ def _run(arguments: Sequence[str]) -> int:
         if {"--help", "-h"} & set(others):
             print(_help_of(first))
             return 0
-        if "--json" in others:
-            pass  # the output is for a program
-        elif others and Path(others[0]).exists():
+        if others and Path(others[0]).exists() and "--json" not in others:
             print(f"reading {others[0]}", flush=True)
-        else:
+        elif "--json" not in others:
             _announce(first, others)
         return command(first)(others)
     if first.find("=") < 1 and not first.startswith("-"):

@@ -67,6 +67,10 @@ class Display:
         name = self._progress.tasks[slot + 1].fields["figure"]
         self._progress.update(task, description=f"{name}: {stage}", completed=STAGES.index(stage))
 
+    def note(self, words: str) -> None:
+        """Show the state of all figures."""
+        self._progress.update(self._all, description=words)
+
     def ended(self, slot: int, figure: int, made: Made) -> None:
         """Show the end of a figure; without a terminal, print a line."""
         self._ended += 1

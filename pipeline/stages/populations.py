@@ -35,17 +35,22 @@ def tables(experiment: Experiment, store: Store) -> Tables:
     if not total:
         return {}
 
+    empty = store.forgetful()  # which other machines receive
+
     def population_tables(number: int) -> Tables:
-        inputs = inputs_of(experiment, number, store.forgetful())
+        inputs = inputs_of(experiment, number, empty.forgetful())
         with without_intervals():
             figure_tables = figure.tables(inputs)
         return {name: _without_intervals(figure_tables[name], number) for name in figure.traits.over_people}
+
+    def sample(number: int) -> None:
+        ingest.run(experiment, empty.forgetful(), number)
 
     # Figures that run at the same time share the work: one begins with the first population, others in the middle.
     begin = 0 if isinstance(experiment.sweep, NoSweep) else total // 2
     order = [*range(begin, total), *range(begin)]
     if begin:  # shared clips first, so that no figure waits for the sweep of another
-        map_processes(lambda number: ingest.run(experiment, store, number), order, experiment.workers)
+        map_processes(sample, order, experiment.workers)
     by_population = dict(zip(order, map_processes(population_tables, order, experiment.workers), strict=True))
     return {
         name.removesuffix("_people") + "_populations": pd.concat(
@@ -62,7 +67,7 @@ def _without_intervals(table: pd.DataFrame, number: int) -> pd.DataFrame:
     return table
 
 
-def sweep_population(experiment: Experiment, number: int, store: Store) -> Stored[Any]:
+def sweep_population(experiment: Experiment, store: Store, number: int) -> Stored[Any]:
     """Return the result of the figure's sweep on one population."""
     model, sweep = experiment.model, experiment.sweep.of_populations()
     clips = ingest.run(experiment, store, number)
@@ -97,5 +102,5 @@ def inputs_of(
         seed = ingest.seed_of(experiment, number)
         measured = sweep.measure(SweepInputs(clips, samples, learnt, model, workers, seed))
     else:  # the sweep that all populations share
-        measured = sweep_population(experiment, number, store).value
+        measured = sweep_population(experiment, store, number).value
     return FigureInputs(experiment, clips, samples, learnt, measured, number + 1 if shown else 0)

@@ -72,8 +72,9 @@ class Store:
     ----------
     results : Path
         Folder of results, created at the first write.  Temporary folders of killed runs are removed from its cache.
-    waiting : callable
-        Function that returns the context manager in which this process waits for another one.
+    waiting : callable or None
+        Function that returns the context manager in which this process waits for another one.  None: never wait; if
+        two processes compute the same artefact, the first to finish keeps it.
     dry_run : bool
         Whether to compute and write nothing; `artefact` then returns keys, and reasons for their changes.
     before : mapping of str to (str, str)
@@ -88,7 +89,7 @@ class Store:
     def __init__(
         self,
         results: Path,
-        waiting: Callable[[], AbstractContextManager[None]] = nullcontext,
+        waiting: Callable[[], AbstractContextManager[None]] | None = nullcontext,
         *,
         dry_run: bool = False,
         before: Mapping[str, tuple[str, str]] | None = None,
@@ -97,7 +98,7 @@ class Store:
         self.steps: list[dict[str, Any]] = []
         self._waiting, self._before = waiting, before or {}
         self._memory: dict[str, Artefact] = {}
-        if not dry_run:
+        if waiting and not dry_run:
             remove_stale(self.cache)
             remove_unheld(self.cache, f"{_LOCK}*")
 
@@ -208,6 +209,9 @@ class Store:
     @contextmanager
     def _alone(self, name: str) -> Iterator[None]:
         """Hold the lock of an artefact during the ``with`` block."""
+        if self._waiting is None:
+            yield
+            return
         path = self.cache / f"{_LOCK}{name}"
         with ExitStack() as stack:
             with writing(path):

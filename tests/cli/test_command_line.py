@@ -992,11 +992,7 @@ def has_launcher(name: str) -> bool:
     "launcher",
     [
         pytest.param(
-            "joblib", marks=pytest.mark.skipif(not has_launcher("joblib"), reason="needs the extra `joblib`")
-        ),
-        pytest.param(
-            "submitit_local",
-            marks=pytest.mark.skipif(not has_launcher("submitit"), reason="needs the extra `cluster`"),
+            "joblib", marks=pytest.mark.skipif(not has_launcher("joblib"), reason="needs the extra `cluster`")
         ),
     ],
 )
