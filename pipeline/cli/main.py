@@ -94,9 +94,6 @@ COMMANDS = {
 }
 """Import path of the function of each command; its docstring is the help of the command."""
 
-LIGHT = ("inspect", "equations")
-"""Commands that start at once; all other commands first load the libraries of every study."""
-
 
 def commands() -> dict[str, str]:
     """Return the import paths of all commands by name: those of the package, then those of plug-ins."""
