@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import gzip
 import importlib.util
 import re
 from itertools import cycle
@@ -172,3 +174,18 @@ def test_the_headline_carries_its_sensitivity_wherever_it_stands() -> None:
         )
     runs = [run.filled(name, 38.0) for run in papers.claim(name).sensitivity[data]]
     assert [re.findall(r"(\d+) \[", words) for words in runs] == [[half], [none]]
+
+
+def test_the_words_for_the_curve_of_the_readme_are_those_of_its_table() -> None:
+    path = ROOT / "results" / "archive" / "light" / "optical" / "zhang2007_fig5" / "table.csv.gz"
+    rows = list(csv.DictReader(gzip.decompress(path.read_bytes()).decode("utf-8").splitlines()))
+    errors_mm = {
+        method: [float(row["rms_error_mm"]) for row in rows if row["method"] == method]
+        for method in ("map", "least_squares", "average_walker")
+    }
+    low, high = min(errors_mm["map"]), max(errors_mm["map"])
+    words = (
+        f"{low:.0f} to {high:.0f} mm with a prior, up to {max(errors_mm['least_squares']):.0f} mm by least squares and"
+        f" {max(errors_mm['average_walker']):.0f} mm for the average walker"
+    )
+    assert words in (ROOT / "README.md").read_text(encoding="utf-8")

@@ -97,19 +97,19 @@ def sentences(paper: papers.Paper, own: Numbers, others: Sequence[Numbers]) -> l
     ordered = sorted([own, *others], key=lambda numbers: numbers.data == GENERATED)
     entries = []
     for name, template in paper.page.agrees.items():
-        known = [
+        candidates = [
             numbers
             for numbers in [*(n for n in ordered if _agreement(n, name) in papers.JUDGED), own]
             if name in numbers.rows and all(map(_finite(numbers), papers.placeholders(template)))
         ]
-        if known:
-            verdict = _agreement(known[0], name)
-            text = filled_caption(template, known[0])
+        if candidates:
+            verdict = _agreement(candidates[0], name)
+            text = filled_caption(template, candidates[0])
             entries.append(
                 {
                     "text": text,
                     "claim": name,
-                    "data": known[0].data,
+                    "data": candidates[0].data,
                     "agreement": verdict,
                     "tone": tone(verdict),
                 }

@@ -46,7 +46,7 @@ def paper_entry(
     claims = [row for row in results.claims_of(paper=paper.key) if not row.get("same_as")]
     kinds = counted_kinds(paper)
     counts = papers.count(claims, kinds)
-    own = numbers_of(results)
+    page_numbers = numbers_of(results)
     tallies = {
         data: papers.count((r for r in rows if r["paper"] == paper.key), kinds)
         for data, rows in (others or {}).items()
@@ -59,10 +59,12 @@ def paper_entry(
         "venue": paper.venue,
         "ours": not paper.figures,
         "question": paper.page.question,
-        "sentences": [_unbroken(_sentence(template, results.data, own)) for template in paper.page.sentences],
+        "sentences": [
+            _unbroken(_sentence(template, results.data, page_numbers)) for template in paper.page.sentences
+        ],
         "agrees": [
             {**entry, "text": _unbroken(entry["text"])}
-            for entry in sentences(paper, own, numbers_of_others(others or {}, published_rows()))
+            for entry in sentences(paper, page_numbers, numbers_of_others(others or {}, published_rows()))
         ],
         "touch": entries.get(paper.page.figure),
         "fails": [

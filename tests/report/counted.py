@@ -18,7 +18,6 @@ from typing import Any
 
 from pipeline import papers
 from pipeline.palette import COLOURS
-from pipeline.report.agreement import GENERATED
 from pipeline.report.published import numbered_rows
 from pipeline.storage import tables
 
@@ -54,7 +53,7 @@ def run(browser: str, *options: str) -> str:
 
 
 def counts(browser: str, page: Path, width: int, look: str = "light") -> dict[str, Any]:
-    """What the script counts on the page in a window of this width."""
+    """Counts of the script on the page in a window of this width."""
     text = re.sub(r"<meta http-equiv[^>]*>", "", page.read_text(encoding="utf-8"))
     with tempfile.TemporaryDirectory() as folder:
         copy, frame = Path(folder) / "index.html", Path(folder) / "frame.html"
@@ -81,7 +80,9 @@ def printed(browser: str, page: Path) -> int:
         return len(re.findall(rb"/Type\s*/Page\b", path.read_bytes()))
 
 
-def contradictions(folder: Path, text: str, seen: Mapping[str, Any], others: Mapping[str, Path]) -> list[str]:
+def contradictions(
+    folder: Path, text: str, counted: Mapping[str, Any], others: Mapping[str, Path]
+) -> list[str]:
     """Numbers, colours and bands on the page that the tables, the palette and the charts do not have.
 
     Parameters
@@ -90,26 +91,28 @@ def contradictions(folder: Path, text: str, seen: Mapping[str, Any], others: Map
         Published figures, with ``claims.csv``.
     text : str
         The page's source.
-    seen : mapping
+    counted : mapping
         Result of `counts`.
     others : mapping of str to Path
         Further tables of claims, or of published numbers, by data set.
     """
     rows = {row["claim"]: row for row in numbered_rows(folder / "claims.csv")}
-    found = []
-    for claim, shown in seen["values"].items():
-        value, number = rows[claim]["value"], _NUMBER.match(shown)
-        if not (_rounds_to(value, number[0]) if value is not None and number else shown == "–"):
-            found.append(f"ledger, {claim}: {shown}, table {value}")
-    known = list(_registered())
-    known += list(_numbers([*rows.values(), *(r for path in others.values() for r in numbered_rows(path))]))
-    for sentence in seen["sentences"]:
+    problems = []
+    for claim, printed_text in counted["values"].items():
+        value, number = rows[claim]["value"], _NUMBER.match(printed_text)
+        if not (_rounds_to(value, number[0]) if value is not None and number else printed_text == "–"):
+            problems.append(f"ledger, {claim}: {printed_text}, table {value}")
+    reference = list(_registered())
+    reference += list(
+        _numbers([*rows.values(), *(r for path in others.values() for r in numbered_rows(path))])
+    )
+    for sentence in counted["sentences"]:
         words = re.sub(r"\b(DATA|zhang|mozerov|park|figure)\w*|(?<![\d.])[1-9](?![\d.])", "", sentence)
         for number in _NUMBER.findall(words):
-            if not any(_rounds_to(value, number) for value in known):
-                found.append(f"sentence: no {number} in the tables: {sentence.strip()}")
-    found += _alive(folder, seen["alive"])
-    return found + list(_captions(text))
+            if not any(_rounds_to(value, number) for value in reference):
+                problems.append(f"sentence: no {number} in the tables: {sentence.strip()}")
+    problems += _alive(folder, counted["alive"])
+    return problems + list(_captions(text))
 
 
 def _registered() -> Iterator[float]:
@@ -131,28 +134,28 @@ def _numbers(rows: Iterable[Mapping[str, Any]]) -> Iterator[float]:
         yield from (float(n) for n in re.findall(r"\d+(?:\.\d+)?", str(row.get("why", ""))))
 
 
-def _rounds_to(value: float, shown: str) -> bool:
-    digits = len(shown.partition(".")[2])
-    number = float(shown.replace("−", "-").replace(",", ""))
+def _rounds_to(value: float, printed_text: str) -> bool:
+    digits = len(printed_text.partition(".")[2])
+    number = float(printed_text.replace("−", "-").replace(",", ""))
     return abs(value - number) <= 0.5001 * 10**-digits or number == float(f"{value:.3g}")
 
 
-def _alive(folder: Path, shown: str) -> list[str]:
-    """Differences of the live errors from the figure's table, to the digit that is shown."""
-    if not shown:
+def _alive(folder: Path, printed_text: str) -> list[str]:
+    """Differences of the live errors from the figure's table, to the digit that is printed_text."""
+    if not printed_text:
         return []
     table = tables.read(folder / "zhang2007_fig5" / "table.csv")
-    found = []
+    problems = []
     for number, by, key in re.findall(
-        r"([\d.]+) mm (by least squares|with the prior|by the average walker)()", shown
+        r"([\d.]+) mm (by least squares|with the prior|by the average walker)()", printed_text
     ):
         method = {"by least squares": "least_squares", "with the prior": "map"}.get(
             by, "average_walker"
         ) + key
         [error] = table["rms_error_mm"][(table["method"] == method) & (table["view_angle_deg"] == 0)]
         if abs(float(number) - error) > 0.06:
-            found.append(f"live error {by}: {number}, table {error:.2f}")
-    return found if shown.count(" mm ") == 3 else [*found, f"live errors: {shown}"]
+            problems.append(f"live error {by}: {number}, table {error:.2f}")
+    return problems if printed_text.count(" mm ") == 3 else [*problems, f"live errors: {printed_text}"]
 
 
 def _captions(text: str) -> Iterator[str]:
@@ -179,21 +182,21 @@ def main(folder: Path) -> int:
     page, problems = folder / "index.html", []
     for look in LOOKS:
         for width in WIDTHS:
-            seen = counts(browser, page, width, look)
-            print(f"{width} px, {look}:", ", ".join(f"{name} {seen[name]:.3g}" for name in LIMITS))
+            counted = counts(browser, page, width, look)
+            print(f"{width} px, {look}:", ", ".join(f"{name} {counted[name]:.3g}" for name in LIMITS))
             for name, limit in LIMITS.items():
-                if seen[name] > limit and (width == WIDTHS[0] or name in ("cut", "wider")):
-                    problems.append(f"{name} {seen[name]:.3g} at {width} px, {look}; limit {limit}")
+                if counted[name] > limit and (width == WIDTHS[0] or name in ("cut", "wider")):
+                    problems.append(f"{name} {counted[name]:.3g} at {width} px, {look}; limit {limit}")
     pages = printed(browser, page)
     print(f"print: {pages} pages; {page.stat().st_size / 1e6:.2f} MB")
     problems += [f"{pages} printed pages"] * (pages > MAX_PRINTED)
     near = {
         path.parent.parent.name: path for path in folder.parent.parent.glob(f"*/{folder.name}/claims.csv")
     }
-    seen = counts(browser, page, WIDTHS[0])
+    counted = counts(browser, page, WIDTHS[0])
     published = {"published": folder.parents[1] / "published.csv"}
-    problems += contradictions(folder, page.read_text(encoding="utf-8"), seen, near | published)
-    print("\n".join(problems) or f"no contradictions ({len(seen['values'])} claims, {GENERATED in near})")
+    problems += contradictions(folder, page.read_text(encoding="utf-8"), counted, near | published)
+    print("\n".join(problems) or f"no contradictions in {len(counted['values'])} claims")
     return bool(problems)
 
 

@@ -30,11 +30,11 @@ def page(tmp_path: Path) -> Path:
 
 @pytest.mark.parametrize("width", [WIDTHS[0], WIDTHS[-1]])
 def test_labels_are_whole_and_nothing_moves_or_overflows(page: Path, browser: str, width: int) -> None:
-    seen = counts(browser, page, width)
-    assert seen["rows"] == 1
-    assert [seen[name] for name in ("cut", "wider", "shift")] == [0, 0, 0]
-    assert 0 < seen["ledger"] < seen["story"] < LIMITS["story"]
-    assert contradictions(page.parent, page.read_text(encoding="utf-8"), seen, {}) == []
+    counted = counts(browser, page, width)
+    assert counted["rows"] == 1
+    assert [counted[name] for name in ("cut", "wider", "shift")] == [0, 0, 0]
+    assert 0 < counted["ledger"] < counted["story"] < LIMITS["story"]
+    assert contradictions(page.parent, page.read_text(encoding="utf-8"), counted, {}) == []
 
 
 def test_a_cut_label_is_counted(page: Path, browser: str) -> None:
