@@ -180,9 +180,14 @@ def _draw_rows(axes: Axes, chart: Chart, lines: Sequence[Line]) -> None:
 
 
 def _turned(chart: Chart, lines: Sequence[Line]) -> tuple[Chart, list[Line]]:
-    """Return a chart of rows and its lines with abscissa and ordinate exchanged, as they are drawn."""
+    """Return a chart of rows with abscissa and ordinate exchanged, as they are drawn; ends of bars become points."""
     references = [replace(reference, x=reference.y, y=None) for reference in chart.references]
-    return replace(chart, references=references), [replace(line, x=line.y, y=line.x) for line in lines]
+    points = [
+        replace(line, x=values, y=line.x, style=replace(line.style, line="points"))
+        for line in lines
+        for values in (line.y, *(line.interval or line.band or ()))
+    ]
+    return replace(chart, references=references), points
 
 
 def _tick(axes: Axes, abscissa: Axis) -> None:

@@ -61,8 +61,11 @@ class Notes:
         """Write the label of a reference next to it."""
         if not reference.label:
             return
-        wide, high = look.text_width(reference.label, look.NOTE_SIZE), 1.25 * look.NOTE_SIZE
         x, y = self.place_of(reference)
+        room = (self.size[0] if np.isnan(x) else max(x, self.size[0] - x)) - 2 * _GAP
+        label = look.wrapped(reference.label, room, look.NOTE_SIZE)
+        wide = max(look.text_width(line, look.NOTE_SIZE) for line in label.split("\n"))
+        high = 1.25 * look.NOTE_SIZE * (1 + label.count("\n"))
         inner = self.size - [wide + 2 * _GAP, high + 2 * _GAP]
         fractions = (1.0, 0.0, 0.5, 0.25, 0.75, 0.9, 0.1)
         lefts = [_GAP + f * inner[0] for f in fractions] if np.isnan(x) else [x + _GAP, x - wide - _GAP]
@@ -74,7 +77,7 @@ class Notes:
         box = min(boxes, key=self._cost)
         self.boxes.append(box)
         self.axes.text(
-            *(box[:2] / self.size), reference.label, transform=self.axes.transAxes, fontsize=look.NOTE_SIZE,
+            *(box[:2] / self.size), label, transform=self.axes.transAxes, fontsize=look.NOTE_SIZE,
             color=look.NOTE_COLOUR, va="bottom", clip_on=False,
         )  # fmt: skip
 
