@@ -65,13 +65,17 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 def gallery_pictures() -> dict[str, bytes]:
     """Return the pictures that the gallery shows, by address."""
     page = (ROOT / "docs" / "gallery.md").read_text("utf-8")
-    pictures = {"gallery/pointlight.svg": _pointlight()}
-    for name, end in re.findall(r"gallery/(\w+)\.(svg|webp)\)", page):
-        path = LIGHT / f"{name}.svg" if end == "svg" else LIGHT / "synthetic" / name / "figure.webp"
-        if name == "recordings":
-            path = LIGHT / "optical" / "zhang2007_fig4" / "figure.webp"
-        pictures.setdefault(f"gallery/{name}.{end}", path.read_bytes() if path.is_file() else b"")
-    return pictures
+    return {f"gallery/{name}": _picture(Path(name)) for name in re.findall(r"\]\(gallery/([^)]+)\)", page)}
+
+
+def _picture(name: Path) -> bytes:
+    """Return a picture of the gallery: dots of a walk, a picture of the README, or a figure of a light archive."""
+    if name.stem == "pointlight":
+        return _pointlight()
+    if name.suffix == ".svg":
+        return (LIGHT / name).read_bytes()
+    figure = Path("optical", "zhang2007_fig4") if name.stem == "recordings" else Path("synthetic", name.stem)
+    return (LIGHT / figure / "figure.webp").read_bytes()
 
 
 def _pointlight() -> bytes:
