@@ -181,6 +181,7 @@ def test_names_are_rows_from_the_top_with_numbers_along_the_abscissa(drawn: Draw
     assert left.get_xlim()[0] == 0.0
     assert (left.get_xlabel(), left.get_ylabel(), right.get_ylabel()) == ("Error (mm)", "names", "")
     assert not right.yaxis.get_tick_params()["labelleft"]
+    assert [entry.get_marker() for entry in drawn.handles[-1]] == ["o"]
 
 
 def test_names_at_the_ends_of_lines_do_not_overlap(drawn: Drawn) -> None:
