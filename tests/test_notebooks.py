@@ -33,8 +33,8 @@ def run(notebook: Path, folder: Path) -> str:
 
 def values_of(output: str) -> dict[str, float]:
     """Numbers at the ends of lines, by the words before them."""
-    found = re.findall(r"^(\w[\w ]*?):? +(-?[\d.]+)(?: mm|°)?$", output, re.MULTILINE)
-    return {name: float(value) for name, value in found}
+    numbers = re.findall(r"^(\w[\w ]*?):? +(-?[\d.]+)(?: mm|°)?$", output, re.MULTILINE)
+    return {name: float(value) for name, value in numbers}
 
 
 def test_there_are_three() -> None:
