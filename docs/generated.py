@@ -8,12 +8,14 @@ from __future__ import annotations
 import ast
 import csv
 import inspect
+import os
 import re
 import tempfile
 import textwrap
 import types
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import redirect_stdout
 from dataclasses import MISSING, Field, fields, is_dataclass
 from enum import Enum
 from functools import cache, partial
@@ -835,7 +837,37 @@ def two_points() -> str:
     return finished()
 
 
+# --- notebooks --------------------------------------------------------------------------------------------
+
+
+def notebooks() -> str:
+    """Return the notebooks with the output of each cell, run in a temporary folder."""
+    parts = []
+    before = Path.cwd()
+    os.environ["PYTHONPATH"] = str(ROOT)  # for the commands that they start
+    for script in sorted((ROOT / "notebooks").glob("*.py")):
+        names: dict[str, Any] = {"__name__": "__main__"}
+        with tempfile.TemporaryDirectory() as folder:
+            os.chdir(folder)
+            try:
+                for kind, _, cell in (each.partition("\n") for each in script.read_text().split("# %%")[1:]):
+                    if "markdown" in kind:
+                        parts.append(re.sub(r"^# ?", "", cell.strip(), flags=re.MULTILINE))
+                        parts[-1] = re.sub(r"^# ", "## ", parts[-1])
+                        continue
+                    output = StringIO()
+                    with redirect_stdout(output):
+                        exec(compile(cell, script.name, "exec"), names)
+                    parts.append(f"```python\n{cell.strip()}\n```")
+                    if output.getvalue().strip():
+                        parts.append(f"```\n{output.getvalue().strip()}\n```")
+            finally:
+                os.chdir(before)
+    return "\n\n".join(parts).replace("](../docs/", "](")
+
+
 MADE = {
+    "notebooks": notebooks,
     "options": options, "columns": columns, "library": library, "drawing": drawing, "packages": packages,
     "joints": joints, "two_points": two_points, "closures": closures,
 }  # fmt: skip

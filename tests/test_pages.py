@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.spatial.transform import Rotation
 
-from pipeline import papers
+from pipeline import formats, papers
 from pipeline.cli.commands import FILLED_PAGES
 from pipeline.cli.compose import compose
 from pipeline.cli.durations import durations, insert_durations
@@ -120,6 +121,15 @@ def test_the_examples_on_files_run(tmp_path: Path, monkeypatch: pytest.MonkeyPat
         t=-(film.rotation @ film.centre[..., None])[..., 0],
         root=body.positions_mm[:, leg[0]],
     )
+    turned = np.broadcast_to(film.rotation, (100, 3, 3))
+    moved = -(turned @ film.centre[..., None])[..., 0]
+    x, y, z, w = Rotation.from_matrix(turned).as_quat().T
+    poses = np.column_stack([w, x, y, z, moved])
+    lines = [
+        f"{k + 1} {' '.join(map(repr, pose.tolist()))} 1 frame_{k:03d}.jpg\n0.5 0.5 -1"
+        for k, pose in enumerate(poses)
+    ]
+    (tmp_path / "images.txt").write_text("\n".join(["# Image list", *lines[::-1]]), encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     for page in ("README.md", "docs/keypoints.md", "docs/python.md"):
         names: dict[str, object] = {}
@@ -128,6 +138,10 @@ def test_the_examples_on_files_run(tmp_path: Path, monkeypatch: pytest.MonkeyPat
         assert names, page
     assert names["walker"].coefficients.shape == (5, 15, 3)  # type: ignore[attr-defined]
     assert np.abs(names["estimate"].positions - body.positions_mm[:, leg]).max() < 10  # type: ignore[attr-defined]
+    np.testing.assert_allclose(names["camera"].rotation, turned, atol=1e-12)  # type: ignore[attr-defined]
+    np.testing.assert_allclose(names["camera"].centre, film.centre, atol=1e-6)  # type: ignore[attr-defined]
+    leg_again = formats.read(tmp_path / "leg.c3d").positions_mm
+    np.testing.assert_allclose(leg_again, names["estimate"].positions, atol=0.01)  # type: ignore[attr-defined]
     assert np.shape(names["warp"]) == (5, 100)
     assert np.mean(names["inside"]) > 0.2  # type: ignore[arg-type]
     assert np.nanmax(tables.read(tmp_path / "angles.csv")["left_knee_deg"]) > 40

@@ -11,6 +11,9 @@ from pipeline.cli.output import tell, tell_section
 from walk3d.film.reconstruct import words
 from walk3d.film.reconstruct.writing import Reconstruct, run
 
+FAIL = "--fail-if-not-a-walk"
+"""Argument for an exit status of 1 if the clip is not a walk."""
+
 
 def _progress(done: int, every: int) -> None:
     """Show the number of processed frames of a film on a terminal."""
@@ -22,7 +25,7 @@ def _progress(done: int, every: int) -> None:
 def reconstruct(arguments: Sequence[str]) -> int:
     """Reconstruct a walk from keypoints or film: reconstruct FILE_OR_FOLDER [OPTION=VALUE ...].
 
-    Return 0 also if the clip is not a walk; the summary then says so.
+    The exit status is 0 also if the clip is not a walk, unless --fail-if-not-a-walk asks for 1.
 
     input.frame_rate_hz=30     frame rate of keypoints whose file does not state it
     input.width=1920, input.height=1080
@@ -42,6 +45,7 @@ def reconstruct(arguments: Sequence[str]) -> int:
                                leave out the viewer's recording, the page, the skeleton over the film
     model_folder=DIR           your own model, as written by `model`
     """
+    strict, arguments = FAIL in arguments, [item for item in arguments if item != FAIL]
     if arguments and (
         "=" not in arguments[0] or Path(arguments[0]).exists()
     ):  # a path alone, as in other commands
@@ -51,4 +55,4 @@ def reconstruct(arguments: Sequence[str]) -> int:
     for title, sentences in [(f"Verdict: {summary['verdict']}", reasons), *others]:
         tell_section(title, sentences)
     tell(f"written to {folder}")
-    return 0
+    return int(strict and summary["verdict"] == "not_a_walk")

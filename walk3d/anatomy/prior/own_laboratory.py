@@ -19,6 +19,12 @@ from walk3d.anatomy.prior.prior import Prior, Shrinkage, by_block, by_joint, str
 
 INSTANTS = 40
 """Number of instants of the cycle at which a height is measured."""
+WEIGHT_OF_OTHERS = 0.5
+"""Weight of a person of another laboratory, relative to one of the own laboratory.
+
+It was chosen between 1 and a half: with eight of CMU's adults known to a model of children, bars of 95 % cover 97.2 and
+96.5 % of the truth.
+"""
 OF_HEIGHT = (WALKER15.index("head"), *ANKLES)
 """Joints from which a height is measured."""
 
@@ -82,7 +88,8 @@ def calibrated(
     Notes
     -----
     The mean moves to where the laboratory places its joints.  The covariance is then pooled with that of the K known
-    people about this mean: ``(n C + K S) / (n + K)``, where n is the number of people behind C.
+    people about this mean: ``(n C + K S) / (n + K)``, where n is `WEIGHT_OF_OTHERS` times the number of people behind
+    C.
     """
     scale = walker_mm / height_mm(by_block(learnt.prior.mean))
     walkers = [walker_mm / height * walk for walk, height in zip(known, heights_mm, strict=True)]
@@ -94,6 +101,6 @@ def calibrated(
     sides = np.concatenate([walkers, [fourier.mirrored(walker) for walker in walkers]])
     off = (by_joint(sides) - prior.mean).reshape(len(sides), -1)
     sample = structured_covariance(off.T @ off / len(sides), prior.mean.shape[-1], Shrinkage())
-    n, K = learnt.people, len(walkers)
+    n, K = WEIGHT_OF_OTHERS * learnt.people, len(walkers)
     pooled = (n * prior.covariance + K * sample.reshape(prior.covariance.shape)) / (n + K)
     return replace(prior, covariance=pooled)

@@ -19,6 +19,7 @@ from tests.rejects import rejects
 from tests.walk3d.film.reconstruct.walks import ERROR, alphapose, given, in_layout
 from tests.walk3d.film.walk.walkers import clip, walks
 from walk3d.export.bvh import Names
+from walk3d.film import command
 from walk3d.film.reconstruct.cycle import scale_mm
 from walk3d.film.reconstruct.motion import Format, in_walkers_axes
 from walk3d.film.reconstruct.writing import Output, Reconstruct, run
@@ -188,6 +189,22 @@ def test_recording_and_page_show_image_mean_samples_and_view(model: Path, tmp_pa
     projected = (walked - centre) @ axes.reshape(3, 3).T @ inner.reshape(3, 3)
     assert np.median(np.abs(projected[..., :2] / projected[..., 2:] - output)) < 5.0
     assert walked[:, [11, 14], 2].min() == pytest.approx(0.0, abs=0.05)  # ankles on the ground
+
+
+@pytest.mark.parametrize(("verdict", "status"), [("walk", 0), ("doubtful", 0), ("not_a_walk", 1)])
+def test_the_exit_status_says_on_request_that_a_clip_is_not_a_walk(
+    verdict: str, status: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    source = tmp_path / "clip=2.json"
+    source.write_text("[]", encoding="utf-8")
+    options = []
+    monkeypatch.setattr(
+        command, "run", lambda given, *_: (options.append(given), {"verdict": verdict}, tmp_path)
+    )
+    monkeypatch.setattr(command.words, "facts", lambda summary: [("", ["the reason"])])
+    assert command.reconstruct([str(source), "input.width=640", "--fail-if-not-a-walk"]) == status
+    assert command.reconstruct([str(source), "input.width=640"]) == 0
+    assert [(each.input.path, each.input.width) for each in options] == [(str(source), 640)] * 2
 
 
 def test_the_command_loads_no_more_than_it_needs() -> None:
