@@ -1,8 +1,7 @@
 """Engines that make figures: processes of this machine, or the workers of a Dask cluster.
 
-On Dask each figure is a task, and so is each stage that several figures share.  `map_processes` within a task sends its
-items to the same workers in blocks.  Artefacts are in the store: a task whose worker was lost runs again on another
-one, and finds the finished stages.  This is the only module that knows Dask.
+On Dask each figure and each shared stage is a task.  In a task, `map_processes` sends blocks of items to all workers.
+A task whose worker was lost runs again and finds the finished stages.  No other module knows Dask.
 """
 
 from __future__ import annotations
@@ -17,6 +16,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -64,14 +64,13 @@ class _Named(Options):
 
 
 def make(jobs: Jobs, arguments: Sequence[str], *, console: Console) -> list[str]:
-    """Make figures with the engine and options of ``launch``, and return an error message for each failure.
+    """Make figures with the engine and options of ``launch``, and return the error messages.
 
     Parameters
     ----------
     jobs : sequence of (Experiment, Path)
         Experiment and folder of each figure.  On Dask, current figures are not made again.
-    arguments : sequence of str
-        Overrides ``launch=…`` and ``launch.OPTION=…``.
+    arguments : sequence of str, such as ``launch=slurm`` and ``launch.jobs=20``
     console : Console
 
     Raises
@@ -108,13 +107,10 @@ def _client(name: str, options: Launch, folder: Path, workers: int, console: Con
     import dask
     from distributed import Client, LocalCluster
 
-    config: dict[str, Any] = {
-        "distributed.scheduler.active-memory-manager.start": False,  # a mapped function stays with its figure
-        "distributed.worker.profile.enabled": False,
-        "distributed.worker.preload": [_IGNORE_CTRL_C],  # a terminal sends it to all processes
-        **({} if options.dashboard else {"distributed.scheduler.http.routes": []}),
-    }
     dashboard = f"127.0.0.1:{8787 if options.dashboard else 0}"
+    config: dict[str, Any] = {} if options.dashboard else {"distributed.scheduler.http.routes": []}
+    config["distributed.scheduler.active-memory-manager.start"] = False  # it would move functions
+    config["distributed.worker.preload"] = [_IGNORE_CTRL_C]  # a terminal sends it to all processes
     with ExitStack() as stack:
         stack.enter_context(dask.config.set(config))
         where: Any = options.scheduler
@@ -134,10 +130,8 @@ def _client(name: str, options: Launch, folder: Path, workers: int, console: Con
             client = stack.enter_context(Client(where))
         except (OSError, ValueError, RuntimeError, TypeError) as error:
             getattr(where, "_created", set()).clear()  # otherwise the end of the cluster fails too
-            words = " ".join(str(error).rpartition("stderr:")[2].split())
-            raise InvalidInput(
-                "cannot be used", options.scheduler or name, received=words, code="no_cluster"
-            ) from None
+            words, target = " ".join(str(error).rpartition("stderr:")[2].split()), options.scheduler or name
+            raise InvalidInput("cannot be used", target, received=words, code="no_cluster") from None
         if options.dashboard:
             console.print(f"dashboard (needs bokeh): {client.dashboard_link}")
         yield client
@@ -235,17 +229,15 @@ def _stage(experiment: Experiment, stage: str, needs: list[Any]) -> None:
         if stage in chain.STAGES:
             chain.run(experiment, store, through=stage)
         else:
-            map_processes(lambda n: step(experiment, store, n).artefact.computed, numbers, experiment.workers)
+            map_processes(lambda n: bool(step(experiment, store, n)), numbers, experiment.workers)
 
 
 def _figure(experiment: Experiment, folder: Path, needs: list[Any]) -> Made:
     """Make a figure on a worker and return its outcome or failure."""
-    log, workers, started = logging.getLogger("distributed.worker").info, _Workers(), time.thread_time()
+    log = partial(logging.getLogger("distributed.worker").info, f"{experiment.name}: %s")
+    workers, started = _Workers(), time.thread_time()
     with mapped_by(workers):
-        store = Store(Path(experiment.results), None)
-        outcome = attempt(
-            experiment, folder, lambda stage: log("%s: %s", experiment.name, stage), store=store
-        )
+        outcome = attempt(experiment, folder, log, store=Store(Path(experiment.results), None))
     seconds = time.thread_time() - started + workers.seconds
     return dataclasses.replace(outcome, processor_s=seconds) if isinstance(outcome, Outcome) else outcome
 
@@ -279,7 +271,7 @@ class _Workers:
 
 def _watch(client: Any, futures: Sequence[Any], jobs: Jobs, console: Console) -> list[Made]:
     """Return the result of each figure, and show figures, tasks, workers and lost workers meanwhile."""
-    lost: list[str] = []
+    lost, connected, results = list[str](), set[str](), dict[int, Made]()
 
     def heed(event: tuple[float, dict[str, Any]]) -> None:
         if event[1].get("action") == "remove-worker" and not event[1]["expected"]:
@@ -287,8 +279,6 @@ def _watch(client: Any, futures: Sequence[Any], jobs: Jobs, console: Console) ->
             console.print(f"the worker {lost[-1]} was lost; its tasks run again", style="yellow")
 
     client.subscribe_topic("all", heed)
-    results: dict[int, Made] = {}
-    seen: set[str] = set()
     with ExitStack() as stack, Display([experiment for experiment, _ in jobs], console, slots=1) as display:
         stack.callback(client.unsubscribe_topic, "all")
         while len(results) < len(jobs):
@@ -300,13 +290,11 @@ def _watch(client: Any, futures: Sequence[Any], jobs: Jobs, console: Console) ->
                     display.ended(0, number, results[number])
             tasks = client.processing()
             display.note(f"{sum(map(len, tasks.values()))} tasks, {len(tasks)} workers, {len(lost)} lost")
-            names = {
-                str(each["name"]).rpartition("-")[0] for each in client.scheduler_info()["workers"].values()
-            }
-            for job in (seen - names) & set(client.cluster.workers if client.cluster else ()):
-                client.sync(
-                    client.cluster.workers.pop(job).close
-                )  # dask-jobqueue replaces jobs of one worker only
+            addresses = client.scheduler_info()["workers"].values()
+            names = {str(worker["name"]).rpartition("-")[0] for worker in addresses}
+            for job in (connected - names) & set(client.cluster.workers if client.cluster else ()):
+                client.sync(client.cluster.workers.pop(job).close)  # Dask replaces jobs of one worker only
                 client.cluster.loop.add_callback(client.cluster._correct_state)
-            seen |= names
+                connected.discard(job)  # until its new workers connect
+            connected |= names
     return [results[number] for number in range(len(jobs))]

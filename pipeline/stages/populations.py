@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache, partial
 from typing import Any
 
 import pandas as pd
@@ -15,7 +16,7 @@ from pipeline.storage.typed import result_type
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs
 from pipeline.studies.replicated import POPULATION, without_intervals
-from pipeline.studies.study import NoSweep, SweepInputs, Tables
+from pipeline.studies.study import NoSweep, Sweep, SweepInputs, Tables
 
 
 def count(experiment: Experiment) -> int:
@@ -67,26 +68,36 @@ def _without_intervals(table: pd.DataFrame, number: int) -> pd.DataFrame:
     return table
 
 
-def sweep_population(experiment: Experiment, store: Store, number: int) -> Stored[Any]:
-    """Return the result of the figure's sweep on one population."""
-    model, sweep = experiment.model, experiment.sweep.of_populations()
-    clips = ingest.run(experiment, store, number)
+def sweep_population(
+    experiment: Experiment, store: Store, number: int, *, shown: bool = False
+) -> list[Stored[Any]]:
+    """Return the results of the sweep's parts on one population: those that tables need, all if `shown`."""
+    model, clips = experiment.model, ingest.run(experiment, store, number)
 
-    def measure() -> Any:
+    @cache
+    def inputs() -> SweepInputs[Any, Any, Any]:
         samples = experiment.dataset.build(clips.value, workers=1)
         learnt = model.learn(samples, workers=1)
-        seed = ingest.seed_of(experiment, number)
-        return sweep.measure(SweepInputs(None, samples, learnt, model, 1, seed))
+        return SweepInputs(None, samples, learnt, model, 1, ingest.seed_of(experiment, number))
 
-    return stored(
-        store,
-        "population_sweep",
-        {"dataset": experiment.dataset, "model": model, "sweep": sweep},
-        [clips],
-        measure,
-        result=result_type(sweep.measure),
-        sources=[type(model).__module__, type(sweep).__module__, *sweep.modules()],
-    )
+    def measure(sweep: Sweep) -> Any:
+        return sweep.measure(inputs())
+
+    parts = experiment.sweep.population_parts()[
+        : None if shown else experiment.figure.traits.population_parts
+    ]
+    return [
+        stored(
+            store,
+            f"population_sweep{part + 1 if part else ''}",
+            {"dataset": experiment.dataset, "model": model, "sweep": sweep},
+            [clips],
+            partial(measure, sweep),
+            result=result_type(sweep.measure),
+            sources=[type(model).__module__, type(sweep).__module__, *sweep.modules()],
+        )
+        for part, sweep in enumerate(parts)
+    ]
 
 
 def inputs_of(
@@ -102,5 +113,6 @@ def inputs_of(
         seed = ingest.seed_of(experiment, number)
         measured = sweep.measure(SweepInputs(clips, samples, learnt, model, workers, seed))
     else:  # the sweep that all populations share
-        measured = sweep_population(experiment, store, number).value
+        parts = sweep_population(experiment, store, number, shown=shown)
+        measured = sweep.joined([part.value for part in parts])
     return FigureInputs(experiment, clips, samples, learnt, measured, number + 1 if shown else 0)

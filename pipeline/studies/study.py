@@ -221,6 +221,14 @@ class Sweep(Options, ABC):
         """Return the sweep for further populations: the same, or one that measures less."""
         return self
 
+    def population_parts(self) -> list[Sweep]:
+        """Return sweeps that together measure a further population; figures that need less run only the first ones."""
+        return [self.of_populations()]
+
+    def joined(self, parts: Sequence[Any]) -> Any:
+        """Return the measurements of a further population, from those of its parts."""
+        return parts[0]
+
     @abstractmethod
     def measure(self, inputs: SweepInputs) -> Any:
         """Return the measurements: a frozen dataclass."""
@@ -268,6 +276,8 @@ class Traits:
         Name of the sweep's grid that is the recording's timeline, in whole numbers; empty for none.
     timeline : str
         Timeline of a recording that has only charts.
+    population_parts : int
+        Number of parts of the sweep (`Sweep.population_parts`) that tables of further populations read.
     in_light_archives : bool
         False for a figure that shows a motion whose terms do not allow copies.
     """
@@ -278,6 +288,7 @@ class Traits:
     rows_of: Mapping[str, str] = field(default_factory=dict)
     sequence: str = ""
     timeline: str = ""
+    population_parts: int = 1
     in_light_archives: bool = True
 
 

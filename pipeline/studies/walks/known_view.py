@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pandas as pd
@@ -178,6 +178,19 @@ class KnownView(Sweep):
     missing_variance: MissingVariance = MissingVariance.temporal
     demonstration_views_deg: Distinct[Finite] = [0.0, 30.0, 90.0]  # views whose reconstructions are stored
 
+    with_paths: ClassVar[bool] = True
+    """True if errors of MAP for every sigma² are measured."""
+
+    def population_parts(self) -> list[Sweep]:
+        """Return the sweep without errors for every sigma², and the sweep of these errors alone."""
+        paths = _Paths(view_angle_deg=self.view_angle_deg, sigma2_mm2=self.sigma2_mm2, truth=self.truth)
+        return [_WithoutPaths(**vars(self)), paths]
+
+    def joined(self, parts: Sequence[Any]) -> KnownViewErrors:
+        """Return the errors, with those for every sigma² if they were measured."""
+        errors_by_view: KnownViewErrors = parts[0]
+        return replace(errors_by_view, map_errors=parts[1]) if len(parts) > 1 else errors_by_view
+
     def with_methods(self, names: Sequence[str]) -> KnownView:
         """Return the sweep with further methods."""
         added = [method.name for method in methods.chosen(names)]
@@ -199,8 +212,6 @@ class KnownView(Sweep):
         compared = methods.chosen(self.methods)
         prepared = {method.name: method.prepared(data) for method in compared}
         count = len(inputs.model.samples)
-        size = max(4, -(-count // BLOCKS))
-        blocks = [range(start, min(start + size, count)) for start in range(0, count, size)]
         parts: dict[str, list[dict[str, Any]]] = defaultdict(list)
         missing, average, of_walkers = [], [], []
         total: np.ndarray = np.zeros((1, 1))
@@ -211,7 +222,7 @@ class KnownView(Sweep):
             *others, paths = zip(*folds, strict=True)
             return [*others, [path.mean(axis=0) for path in paths], sum(paths)]
 
-        for frames, depths, mean, of_walker, path in map_processes(block, blocks, inputs.workers):
+        for frames, depths, mean, of_walker, path in map_processes(block, _blocks(count), inputs.workers):
             for of_frames in frames:
                 for name, rows in of_frames.items():
                     parts[name] += rows
@@ -302,7 +313,43 @@ class KnownView(Sweep):
             for name, columns in measured.items():
                 rows[name].append({**walker, "method": method.name, **columns})
         path = np.empty((len(view_deg), 0))
-        if MAP in compared:
+        if MAP in compared and self.with_paths:
             path = everywhere.error_path(fold, sigma2) + errors.walker_error(power)[:, None]
         average = missing[AVERAGE_WALKER.name]
         return dict(rows), np.stack([missing[name] for name in self.methods]), average, path
+
+
+class _WithoutPaths(KnownView):
+    with_paths: ClassVar[bool] = False
+
+
+class _Paths(Sweep):
+    """Errors of MAP for every sigma² alone."""
+
+    view_angle_deg: Swept = scaled(start=-90, stop=90, step="view_step_deg")
+    sigma2_mm2: Swept = scaled(start=1, stop=625, step="sigma2_step_mm2")
+    truth: Truth = Truth.motion
+
+    def measure(self, inputs: Inputs) -> MapErrors:
+        """Return the errors of every walker for every sigma²."""
+        view = np.radians(self.view_angle_deg.values("sweep.view_angle_deg"))
+        sigma2, data = self.sigma2_mm2.values("sweep.sigma2_mm2"), inputs.dataset
+        count = len(inputs.model.samples)
+        means, total = [], np.zeros((1, 1))
+        for walkers in _blocks(count):
+            paths = []
+            for r in walkers:
+                fold, walk = methods.held_out(data, inputs.model, r, sigma2[0])
+                everywhere = _WalkErrors(data, walk, view)
+                power = everywhere.residual_power * (self.truth is Truth.motion)
+                paths.append(everywhere.error_path(fold, sigma2) + errors.walker_error(power)[:, None])
+            means += [path.mean(axis=0) for path in paths]
+            total = total + sum(paths)
+        nested = nested_choice(data, inputs.model_options, view, sigma2, inputs.workers)
+        return MapErrors(np.stack(means), total / count, nested)
+
+
+def _blocks(count: int) -> list[range]:
+    """Return the numbers of walkers, in blocks."""
+    size = max(4, -(-count // BLOCKS))
+    return [range(start, min(start + size, count)) for start in range(0, count, size)]

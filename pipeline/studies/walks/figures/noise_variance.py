@@ -28,7 +28,12 @@ class NoiseVariance(Figure):
 
     model = EigenwalkersModel
     sweep = KnownView
-    traits = Traits(over_people=("table", "table_nested"), abscissa="sigma2_mm2", sequence="sigma2_mm2")
+    traits = Traits(
+        over_people=("table", "table_nested"),
+        abscissa="sigma2_mm2",
+        sequence="sigma2_mm2",
+        population_parts=2,
+    )
 
     def validate(self, experiment: Experiment) -> None:
         """Validate the options against the sweep's.  Raises InvalidInput if approach II is not among its methods."""
