@@ -36,8 +36,7 @@ class Notes:
 
     def __init__(self, axes: Axes, lines: Sequence[Line], references: Sequence[Reference]) -> None:
         self.axes, self.boxes = axes, list[Box]()
-        inches = axes.get_position().size * axes.figure.get_size_inches()
-        self.size = 72.0 * inches  # points
+        self.size = 72.0 * axes.bbox.size / axes.figure.dpi  # points
         across = np.linspace(0.0, 1.0, _ALONG)
         obstacles = [_dense(self._at(np.column_stack([line.x, line.y])), line) for line in lines]
         for reference in references:
@@ -77,7 +76,7 @@ class Notes:
         box = min(boxes, key=self._cost)
         self.boxes.append(box)
         self.axes.text(
-            *(box[:2] / self.size), label, transform=self.axes.transAxes, fontsize=look.NOTE_SIZE,
+            box[0] / self.size[0], box[1] / self.size[1], label, transform=self.axes.transAxes, fontsize=look.NOTE_SIZE,
             color=look.NOTE_COLOUR, va="bottom", clip_on=False,
         )  # fmt: skip
 

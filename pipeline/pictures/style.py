@@ -260,7 +260,7 @@ def _write(figure: Figure, canvas: Canvas, suffix: str) -> None:
     """Write one file under a temporary name first, so that no reader sees half a figure."""
     stem, content = canvas.path_stem, io.BytesIO()
     caption = {"pdf": "Subject", "png": "Description"}.get(suffix)
-    metadata = {caption: canvas.caption} if caption and canvas.caption else {}
+    metadata: dict[str, Any] = {caption: canvas.caption} if caption and canvas.caption else {}
     metadata |= dict.fromkeys(_WITHOUT[suffix])
     figure.savefig(content, format=suffix, metadata=metadata, dpi=canvas.dpi)
     written = content.getvalue()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from typing import Any
 
 from matplotlib.patches import Patch
 
@@ -43,7 +44,7 @@ def draw_tallies(
     """
     kinds = [kind for kind in colours if any(counts.get(kind) for _, counts in rows)]
     longest = max(sum(counts.values()) for _, counts in rows)
-    looks = {
+    looks: dict[str, dict[str, Any]] = {
         kind: {"facecolor": hex_colour(colours[kind]), "edgecolor": "white", "linewidth": 0.0,
                "hatch": _HATCH if kind in hatched else None}
         for kind in kinds
