@@ -27,7 +27,6 @@ from typing import Literal
 
 import numpy as np
 
-from pipeline.shortened import shortened
 from pipeline.validation import InvalidInput, require_choice, require_range, require_shape
 
 
@@ -52,7 +51,7 @@ _ROUNDING = 1e-12
 """Fraction of a trajectory's size below which its part outside the basis is rounding."""
 
 
-@shortened
+@dataclass(frozen=True)
 class Reconstructibility:
     """Reconstructibility of a limb, or of all limbs of a clip: the impostor (all other candidates) against the truth.
 

@@ -15,6 +15,7 @@ largest squared norm), so that equal postures have E = 0 exactly, and whole numb
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -28,7 +29,6 @@ from pipeline.core.synchronization.trellis import (
     allowed_disparities,
     backtrack,
 )
-from pipeline.shortened import shortened
 from pipeline.validation import InvalidInput, require_range, require_shape
 
 _TILE_BYTES = 2**20
@@ -41,7 +41,7 @@ _LARGEST = 1e140
 """Magnitude from which sums of squares may overflow."""
 
 
-@shortened
+@dataclass(frozen=True)
 class AllPairs:
     """All ordered pairs of M sequences of P samples, synchronized.
 

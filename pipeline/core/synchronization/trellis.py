@@ -18,11 +18,11 @@ stored costs again for the nodes of the path alone.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from pipeline.core.choice import first_lowest
-from pipeline.shortened import shortened
 from pipeline.validation import InvalidInput, require_choice, require_count, require_range
 
 PENALTIES = ("change", "as_printed")
@@ -33,7 +33,7 @@ _TIE = 1e-12
 """Relative difference of two accumulated costs at which they count as equal."""
 
 
-@shortened
+@dataclass(frozen=True)
 class Trellis:
     """Disparities that a path may have at each sample, and the costs of its steps.
 

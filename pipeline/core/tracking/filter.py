@@ -12,20 +12,20 @@ Symbols
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
 from pipeline.core.tracking import particles
 from pipeline.core.tracking.likelihood import Likelihood
 from pipeline.core.tracking.prediction import Dynamics, Walk
-from pipeline.shortened import shortened
 from pipeline.validation import InvalidInput
 
 _UNDERFLOW = np.log(np.nextafter(0.0, 1.0))
 """Logarithm of the smallest positive double; smaller likelihoods have a weight of zero."""
 
 
-@shortened
+@dataclass(frozen=True)
 class Track:
     """Postures of T frames, each known from the frames up to it.
 
