@@ -10,6 +10,7 @@ import dataclasses
 import logging
 import os
 import shlex
+import signal
 import sys
 import tempfile
 import time
@@ -72,11 +73,6 @@ def make(jobs: Jobs, arguments: Sequence[str], *, console: Console) -> list[str]
         Experiment and folder of each figure.  On Dask, current figures are not made again.
     arguments : sequence of str, such as ``launch=slurm`` and ``launch.jobs=20``
     console : Console
-
-    Raises
-    ------
-    InvalidInput
-        If the engine or an option is unknown, a value is out of range, or the cluster cannot be used.
     """
     names = [item.partition("=")[2] for item in arguments if item.startswith("launch=")]
     name = require_choice("launch", names[-1] if names else "local", ("local", "dask", *QUEUES))
@@ -139,8 +135,10 @@ def _client(name: str, options: Launch, folder: Path, workers: int, console: Con
 
 def job_queue(name: str, options: Launch, folder: Path, stack: ExitStack, dashboard: str) -> Any:
     """Return the cluster of a batch system, still without jobs; the certificates of the run end with `stack`."""
-    import dask_jobqueue
+    ctrl_c = signal.getsignal(signal.SIGINT)
+    import dask_jobqueue  # which exits on Ctrl-C, with status 0
 
+    signal.signal(signal.SIGINT, ctrl_c)
     (kind,) = (kind for kind in vars(dask_jobqueue) if kind.lower() == f"{name}cluster")
     logs, account = str(folder.resolve()), "account" if name in QUEUES[:3] else "project"
     if shlex.quote(logs) != logs:

@@ -231,6 +231,16 @@ def test_job_scripts_are_the_kept_ones(name: str, tmp_path: Path) -> None:
 
 
 @needs_dask
+def test_job_queues_leave_ctrl_c_to_the_program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delitem(sys.modules, "dask_jobqueue", raising=False)
+    monkeypatch.delitem(sys.modules, "dask_jobqueue.runner", raising=False)
+    before = signal.getsignal(signal.SIGINT)
+    with rejects("unsafe_path"), ExitStack() as stack:
+        job_queue("slurm", Launch(), tmp_path / "with space", stack, "127.0.0.1:0")
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+@needs_dask
 def test_certificates_are_for_the_user_alone_and_gone_afterwards(tmp_path: Path) -> None:
     import dask
     import dask_jobqueue  # noqa: F401 - its defaults are read before others are set

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from pipeline.cli import earlier_names, inspect, options, sensitivity, tasks, walkers
+from pipeline.cli import earlier_names, inspect, options, sensitivity, walkers
 from pipeline.cli.durations import durations, in_words, insert_durations
 from pipeline.cli.earlier_names import Change, EarlierNames
 from pipeline.cli.errors import sentence
@@ -286,7 +286,7 @@ def test_rows_and_counts_of_claims() -> None:
     assert [text for text in lines[2:] if text.startswith("zhang2007")]
 
 
-# --- earlier names, switches and tasks ---------------------------------------------------------------------------
+# --- earlier names and switches ---------------------------------------------------------------------------
 
 
 def test_columns_of_an_archive_have_todays_names() -> None:
@@ -358,19 +358,3 @@ def test_a_switch_moves_an_answer_or_a_value(value: float, outside: bool) -> Non
     assert sensitivity._answers(row) == "agrees, beyond its baseline: yes"
     assert sensitivity.moved_table([row]).row_count == 0
     assert sensitivity.moved_table([row | {"answer_moves": True}]).row_count == 1
-
-
-@pytest.mark.parametrize(
-    ("count", "each_s", "blocks"),
-    [
-        (0, 1.0, []),
-        (5, 1.0, [(0, 1), (2, 3), (4,)]),
-        (3, 9.0, [(0,), (1,), (2,)]),
-        (3, 0.1, [(0, 1, 2)]),
-        (4, 0.8, [(0, 1), (2, 3)]),
-    ],
-)
-def test_populations_are_cut_into_blocks_of_a_length(
-    count: int, each_s: float, blocks: list[tuple[int, ...]]
-) -> None:
-    assert tasks._blocks(count, each_s, 2.0 if each_s != 0.8 else 1.7) == blocks
