@@ -171,9 +171,10 @@ def _claim_numbers(row: Mapping[str, Any], axes: Mapping[str, Abscissa]) -> dict
     if isinstance(simple := row.get("baseline_value"), int | float):
         entry |= {"simple": _short(simple)} | ({"ring": _at(axis.place(simple))} if axis else {})
     for name in ("gain", "one_sample"):
-        ends = [row.get(f"{name}_{end}") for end in ("low", "high")]
-        if all(isinstance(end, int | float) for end in ends):
-            entry[name] = [_short(end) for end in ends]
+        cells = [row.get(f"{name}_{side}") for side in ("low", "high")]
+        ends = [_short(cell) for cell in cells if isinstance(cell, int | float)]
+        if len(ends) == len(cells):
+            entry[name] = ends
     if row.get("paper_in_prediction"):
         entry["possible"] = row["paper_in_prediction"]
     return entry
