@@ -36,7 +36,7 @@ class Notes:
 
     def __init__(self, axes: Axes, lines: Sequence[Line], references: Sequence[Reference]) -> None:
         self.axes, self.boxes = axes, list[Box]()
-        self.size = 72.0 * axes.bbox.size / axes.figure.dpi  # points
+        self.size = np.array(axes.bbox.size) * 72.0 / axes.figure.dpi  # points
         across = np.linspace(0.0, 1.0, _ALONG)
         obstacles = [_dense(self._at(np.column_stack([line.x, line.y])), line) for line in lines]
         for reference in references:
