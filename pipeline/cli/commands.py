@@ -138,8 +138,8 @@ def claims(arguments: Sequence[str]) -> int:
     out.print(claims_table(rows, out.width))
     for row in rows:
         if row["why"]:
-            words = Text(f"{row['paper']}, {row['claim']}: {row['agreement']}: {row['why']}")
-            out.print(words, soft_wrap=not out.is_terminal)
+            reason = f"{row['paper']}, {row['claim']}: {row['agreement']}: {row['why']}"
+            out.print(Text(reason), soft_wrap=not out.is_terminal)
     out.print(f"{experiment.data.name}, {experiment.scale.name}")
     out.print("\n".join(counts(verdicts)), soft_wrap=True)
     return 0
