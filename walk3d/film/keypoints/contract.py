@@ -120,6 +120,15 @@ def detections(
     A point is missing if it is at (0, 0) or (-1, -1), has no confidence, or is not finite.  Placeholders such as 999 or
     -9999 are missing, too: one number that recurs in both coordinates, far from the other points of the person.
     """
+    if not all(0 <= size <= MAX_PX for size in image_size):
+        received = " x ".join(f"{size:.3g}" if size < 1e300 else "more" for size in image_size)
+        raise damaged(
+            "the size of the image is out of range",
+            where,
+            f"0 to {MAX_PX:g} px",
+            received,
+            code="out_of_range",
+        )
     counts = sorted({len(row) for _, _, row in rows})
     if not counts:
         called = "keypoints of a person, named so, or landmarks, joints or pose_keypoints_2d"

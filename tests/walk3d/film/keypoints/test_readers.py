@@ -974,3 +974,11 @@ def test_a_crowd_in_every_frame_is_not_taken_for_people_with_their_frames(tmp_pa
     crowd = {str(frame): [{"keypoints": MARKS[:, [0, 1, 3]].ravel().tolist()}] * 43 for frame in range(40)}
     with rejects("too_many_people", people=43):
         keypoints.read(write(tmp_path / "a.json", crowd))
+
+
+@pytest.mark.parametrize("width", [10**8, 10**30])
+def test_a_picture_of_an_impossible_size_is_rejected(tmp_path: Path, width: int) -> None:
+    (tmp_path / "walk.csv").write_text("frame,left_knee_x,left_knee_y\n0,1,2\n1,3,4\n")
+    (tmp_path / "walk.json").write_text(f'{{"frame_rate_hz": 30, "width": {width}, "height": 480}}')
+    with rejects("out_of_range", "walk.csv"):
+        keypoints.read(tmp_path / "walk.csv")
