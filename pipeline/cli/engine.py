@@ -54,7 +54,7 @@ class Launch(Options):
     cores: Count = 1  # of a job, each with a worker
     memory_gb: Positive = 4.0  # of a job
     walltime: str = "04:00:00"  # of a job
-    jobs: Count = 10  # maximum number of jobs at a time
+    jobs: Count = 10  # number of jobs
     extra: list[str] = []  # further directives of the job script
     tls: bool = True
     dashboard: bool = False
@@ -88,8 +88,8 @@ def make(jobs: Jobs, arguments: Sequence[str], *, console: Console) -> list[str]
         with _client(name, options, folder / "jobs", stale[0][0].workers, console) as client:
             _prepare_workers(client, stale)
             figures = _submit(client, stale)
-            if name != "dask":  # not earlier: without tasks, the first job would be cancelled
-                client.cluster.adapt(minimum_jobs=0, maximum_jobs=options.jobs, target_duration="100ms")
+            if name != "dask":  # with fewer at times, Dask cancels jobs whose workers have not connected yet
+                client.cluster.adapt(minimum_jobs=options.jobs, maximum_jobs=options.jobs)
             results = _watch(client, figures, stale, console)
     finally:
         Store(Path(stale[0][0].results))  # a new store removes stale files from its cache
@@ -114,7 +114,7 @@ def _client(name: str, options: Launch, folder: Path, workers: int, console: Con
             where = stack.enter_context(job_queue(name, options, folder, stack, dashboard))
             where.worker_spec |= where.new_worker_spec()
             risk = "" if options.tls else "; without TLS, any user of the cluster can run code as you"
-            console.print(f"at most {options.jobs} jobs of {name}, logs in {folder}/{risk}", soft_wrap=True)
+            console.print(f"{options.jobs} jobs of {name}, logs in {folder}/{risk}", soft_wrap=True)
         elif not where:
             where = stack.enter_context(LocalCluster(
                 n_workers=workers, threads_per_worker=1, memory_limit=0, host="127.0.0.1", security=True,
