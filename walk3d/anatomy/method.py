@@ -36,7 +36,7 @@ class AnatomicalApproach:
         self._people = People(data, options.population(data))
         self._setting = anatomical_setting(options, self._people.harmonics)
 
-    def fold(self, walk: int) -> Fold | None:
+    def fold(self, walk: int) -> Fold:
         """Return the fold that is trained without the person of a walk."""
         people = self._people.model.people
         return self._people.fold(np.flatnonzero(people == self._data.person[walk])[0])
@@ -45,7 +45,7 @@ class AnatomicalApproach:
         """Return the prior that is trained without the person of a walk."""
         return self.fold(walk).prior(self._setting)
 
-    def missing(self, fold: Fold | None, walk: int, view_rad: np.ndarray) -> np.ndarray:
+    def missing(self, fold: Fold, walk: int, view_rad: np.ndarray) -> np.ndarray:
         """Return the missing dimension (A, 1 + 2H, 15) of a walk from A views, mm.
 
         The prior is symmetric, so a left view equals the right view of the mirror image.  A symmetric grid therefore

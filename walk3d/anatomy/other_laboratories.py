@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -13,7 +14,6 @@ from walk3d.anatomy.method import VIEWS_AT_A_TIME, AnatomicalApproach
 from walk3d.anatomy.prior import Prior
 from walk3d.anatomy.prior.own_laboratory import OF_HEIGHT, Learnt, calibrated, height_mm, truncated
 from walk3d.anatomy.study.model import AnatomicalModel
-from walk3d.anatomy.study.sweeps.held_out import Fold
 from walk3d.anatomy.study.sweeps.setting import anatomical_setting
 
 
@@ -38,7 +38,7 @@ class OtherLaboratories(AnatomicalApproach):
         self._height_mm[unmeasured[:, list(OF_HEIGHT)].any(axis=1)] = np.nan
         self._complete = ~unmeasured.any(axis=1)
 
-    def fold(self, walk: int) -> None:
+    def fold(self, walk: int) -> Any:
         """Return None: no prior is trained."""
 
     def prior(self, walk: int) -> Prior:
@@ -52,7 +52,7 @@ class OtherLaboratories(AnatomicalApproach):
         walks = [self._data.coefficients[person].mean(axis=0) for person in people]
         return calibrated(self._learnt, walker_mm, walks, heights)
 
-    def missing(self, fold: Fold | None, walk: int, view_rad: np.ndarray) -> np.ndarray:
+    def missing(self, fold: Any, walk: int, view_rad: np.ndarray) -> np.ndarray:
         """Return the missing dimension (A, 1 + 2H, 15) of a walk from A views, mm."""
         prior, noise = self.prior(walk), self._setting.noise
         walker, hidden = anatomical.by_joint(self._data.coefficients[walk]), self._data.unmeasured[walk]
