@@ -278,7 +278,7 @@ def _check_rotation(rotation: np.ndarray) -> None:
     off = np.abs(finite @ np.swapaxes(finite, -1, -2) - np.eye(3)).max(initial=0.0)
     if not off <= _ROUNDING:
         raise InvalidInput(
-            "the rotation of a camera is not one",
+            "the rotation matrix of a camera is not orthogonal",
             expected="R R^T = I",
             received=f"{off:.3g} away from it",
             code="not_rotation",

@@ -237,7 +237,7 @@ def carry(
                 sentences.append(f"{', '.join(names[-len(points) :])} by {cluster} (residual {rms:.1f} mm)")
     if not names:
         raise InvalidInput(
-            "no cluster of the walk moves with a missing marker of the static trial",
+            "a marker of the static trial is missing in the walk, and no cluster of markers can replace it",
             name,
             f"three points of a thigh or shank in both trials that fit to {factor * SLACK * leg:.0f} mm",
             "; ".join(loose),

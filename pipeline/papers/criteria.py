@@ -59,7 +59,7 @@ def interval(content: Mapping[str, Any], published: float | None, where: str) ->
     doubled = {"at_least", "above"} <= set(values) or {"at_most", "below"} <= set(values)
     if not values or not set(values) <= {"at_least", "above", "at_most", "below"} or doubled:
         raise InvalidInput(
-            "must be exactly, within (of a published number), or at_least or above, at_most or below",
+            "must contain exactly, or within (of a published number), or ends: at_least or above, at_most or below",
             where,
             received=", ".join(values) or "nothing",
             code="invalid_bounds",

@@ -113,7 +113,7 @@ def unit_vectors(directions: np.ndarray) -> np.ndarray:
     finite = np.isfinite(directions).all(axis=1)
     if not finite.any():
         raise InvalidInput(
-            "no direction is known",
+            "no frame has a known direction",
             expected="one frame or more",
             received=f"{len(finite)} of NaN",
             code="no_direction",
