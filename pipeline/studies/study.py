@@ -373,7 +373,8 @@ class Figure(Options, ABC):
         grid = getattr(sweep, name, None) if name else None
         if self.recording and isinstance(grid, Grid) and (grid.start % 1 or grid.step % 1):
             raise InvalidInput(
-                "start and step must be whole numbers, since they are the recording's timeline; figure.recording=false leaves it out",
+                "start and step must be whole numbers, since they are the recording's timeline;"
+                " figure.recording=false leaves it out",
                 f"sweep.{name}",
                 received=f"start {grid.start:g}, step {grid.step:g}",
                 code="not_whole",

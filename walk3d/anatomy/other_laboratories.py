@@ -46,7 +46,7 @@ class OtherLaboratories(AnatomicalApproach):
         others = self._complete & (self._data.person != self._data.person[walk])
         people = [others & (self._data.person == who) for who in dict.fromkeys(self._data.person[others])]
         heights = [float(self._height_mm[person].mean()) for person in people]
-        walker_mm = float(np.nan_to_num(self._height_mm[walk], nan=np.mean(heights or [np.nan])))
+        walker_mm = float(np.nan_to_num(self._height_mm[walk], nan=float(np.mean(heights or [np.nan]))))
         if not walker_mm > 0:  # neither this walker nor any other shows a height
             walker_mm = height_mm(anatomical.by_block(self._learnt.prior.mean))
         walks = [self._data.coefficients[person].mean(axis=0) for person in people]
