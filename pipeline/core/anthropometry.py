@@ -65,7 +65,10 @@ Read: Bell et al. 1990; Seidel et al. 1995.
 """
 
 BREADTH_STATURE_CORRELATION = 0.4
-"""Correlation of hip and shoulder breadth with stature.  Read: Gordon et al. 1989 (0.3–0.5)."""
+"""Correlation of hip and shoulder breadth with stature.
+
+Read: Gordon et al. 1989 (0.3–0.5).
+"""
 
 LEG_INEQUALITY_SD_MM = 5.0
 """SD of the length difference between right and left leg, mm.

@@ -42,7 +42,7 @@ class ASpace:
 
     @property
     def dimensions(self) -> int:
-        """Number of dimensions b."""
+        """Number of dimensions b of the aSpace."""
         return len(self.components)
 
     @property

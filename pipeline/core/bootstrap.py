@@ -112,7 +112,7 @@ def percentile_interval(replicates: np.ndarray) -> tuple[np.ndarray, np.ndarray]
 
 
 FEWEST_CORRECTED = 10
-"""Smallest number of clusters for a BCa interval; with fewer clusters Student's interval is used."""
+"""Smallest number of clusters for a bias-corrected (BCa) interval; with fewer, Student's interval is used."""
 
 
 def cluster_interval(

@@ -13,7 +13,7 @@ from pipeline.core.pinhole import Pinhole, look_at
 from pipeline.validation import InvalidInput, require_finite, require_range, require_shape
 
 DISTANCE_MM, PX_PER_MM = 4000.0, 0.25
-"""Distance, mm, and image scale of the standard camera, whose focal length is therefore 1000 px."""
+"""Distance, mm, and image scale, px/mm, of the default camera; its focal length is therefore 1000 px."""
 
 SWAY_WAVES = 4
 """Number of slow waves in the sway of a hand; they have half a period to two periods in the clip."""

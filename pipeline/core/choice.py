@@ -41,7 +41,7 @@ def evenly(wanted: int, count: int) -> np.ndarray:
 
 
 def nearest_to_medians(errors_of: Mapping[str, np.ndarray]) -> int:
-    """Return the index of the most typical sample.
+    """Return the index of the sample whose errors are most typical.
 
     Its errors (R,) have the smallest ratios to the median error of each method.
 

@@ -76,7 +76,7 @@ def missing_variance(
     *,
     kind: str = "temporal",
 ) -> np.ndarray:
-    """Return the mean variance of the fifteen joints in the missing dimension, (A,) mm².
+    """Return the mean variance of the fifteen joints in the missing dimension at A view angles, (A,) mm².
 
     The paper calls it the average overall variance.
 

@@ -30,7 +30,7 @@ _WELL_DETERMINED = 1e-5
 """Smallest ratio of smallest to largest variance at which variances are computed from products of samples."""
 
 _MANY, _FOLDS_AT_A_TIME = 4, 64
-"""Number of samples per dimension from which folds share their sums, and number of folds that share one sum."""
+"""Samples per dimension from which cross-validation folds share sums, and number of folds that share one sum."""
 
 _NO_VARIATION = 1e-12
 """Standard deviation along an eigenwalker, relative to the largest one, below which it is rounding error."""

@@ -136,7 +136,7 @@ def _products_of_cosines(frames: int, components: int) -> BasisProducts:
 def soft_ridge(components: int, cutoff: float) -> np.ndarray:
     """Return the penalties R (K,) = (k / k0)^6 of the coefficients.
 
-    The constant has none; coefficient k0 is halved.
+    The constant is not penalised; coefficient k0 is halved.
 
     Parameters
     ----------

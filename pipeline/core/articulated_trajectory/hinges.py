@@ -25,7 +25,7 @@ from pipeline.core.articulated_trajectory.limb_tree import LimbTree
 from pipeline.core.limb_chain import Chain
 
 _MARGIN = 1e-6
-"""Relative difference in cost by which a combination of mirrors must beat another with the same wrong flexion."""
+"""Relative cost difference by which a combination of mirrors must beat another one with equal wrong flexion."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,10 @@ class Hinge:
     sense: float
 
     def fits(self, chain: Chain) -> bool:
-        """Return True if the chain contains the upper limb, its child the lower limb, and both joints of the axis."""
+        """Return True if the chain has this hinge.
+
+        The hinge needs the upper limb, the lower limb as its child, and both joints of the axis.
+        """
         limbs = {joint: parent for joint, parent in zip(chain.joints, chain.parents, strict=True) if parent}
         return (
             limbs.get(self.lower) == self.upper

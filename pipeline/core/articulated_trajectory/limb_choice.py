@@ -27,7 +27,7 @@ from pipeline.shortened import shortened
 from pipeline.validation import require_range
 
 MARGIN_OF_DOUBT = MARGIN_GREEN_ABOVE
-"""Cost of the mirror, relative to the best cost, below which the mirror may be the true motion."""
+"""Ratio of the mirror's cost to the best cost below which the mirror may be the true motion."""
 
 
 @shortened

@@ -65,7 +65,7 @@ def better_mirrors(
 def _chosen_anew(
     start: LimbTree, mirrored: frozenset[str], choose: Callable[[LimbTree, str], LimbChoice]
 ) -> LimbTree:
-    """Return a tree of all limbs in which the limbs of a set are mirrored."""
+    """Choose all limbs again, from the root outwards, with the limbs of a given set mirrored."""
     tree = LimbTree(start.chain, start.root)
     for limb in start.chain.limbs:
         choice = choose(tree, limb)

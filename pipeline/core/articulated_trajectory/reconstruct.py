@@ -36,7 +36,7 @@ from pipeline.shortened import shortened
 from pipeline.validation import InvalidInput, require_range, require_shape
 
 Place = tuple[str, tuple[bool, ...]]
-"""A limb, and flags of the limbs between the root and this limb: True if the limb is mirrored."""
+"""Key of a cached choice: a limb, and for each limb between the root and this limb whether it is mirrored."""
 
 COMPARING = 10
 """Number of refinement steps for the comparison of mirrors; more steps rarely change the outcome."""
@@ -47,7 +47,7 @@ MOST_STEPS = 500
 
 @dataclass(frozen=True)
 class Options:
-    """Options of the reconstruction of a skeleton.
+    """Options for the reconstruction of a skeleton's motion.
 
     Attributes
     ----------

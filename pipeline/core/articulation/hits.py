@@ -1,4 +1,4 @@
-"""Intersection of a ray with the sphere of a limb: park2011 sections 2 and 3.2.
+"""Intersection of image rays with the sphere on which the end of a limb lies (park2011 sections 2 and 3.2).
 
 Symbols
 -------
@@ -31,7 +31,7 @@ ROBUST_QUANTILE = 0.95
 
 
 class RayStatus(IntEnum):
-    """Geometry of ray and sphere in a frame.
+    """Result of intersecting the ray of a frame with the sphere of the limb.
 
     TWO: two candidates in front of the camera.  TANGENT: one, as the ray touches the sphere, or misses it and the
     radius was adjusted in this frame.  FORCED: the near candidate is behind the camera, so it is the far one.
@@ -107,7 +107,7 @@ class RayHits:
         return self.middle + signs[:, None] * self.half_chord
 
     def resolved(self) -> RayHits:
-        """Return the candidates with both candidates of a forced frame replaced by the far candidate.
+        """Replace both candidates by the far candidate in frames where the near one is behind the camera.
 
         Whatever signs are chosen, none of the candidates then lies behind its camera.
         """

@@ -35,7 +35,7 @@ _ORTHONORMAL = 1e-12
 """Magnitude below which all entries of G are rounding errors, so that the basis counts as orthonormal."""
 
 _NORM = 1e-9
-"""Largest excess of the squared spectral norm of a basis over one."""
+"""Tolerance by which the squared spectral norm of a basis may exceed one."""
 
 
 class Programme(NamedTuple):

@@ -205,6 +205,8 @@ def curvature(basis, half_chord):  # type: ignore[no-untyped-def]
 def relax(p, held, point, known, cutoff, sweeps_allowed, allowance, trail, length):  # type: ignore[no-untyped-def]
     """Minimise J approximately over a box; return (lower bound, J, number of sweeps, number of frames on the trail).
 
+    The trail lists the frames whose sign has been fixed because of a bound.
+
     Frames whose `held` is 0 range over -1 … +1, the others stay.  Coordinate descent from the values of `point`, which
     is (values, z, half) and is overwritten; `known` is J of the values, or NaN where it and half are to be computed.
     J is convex: from any point, converged or not, ``J(t) >= J(s) - 2 sum(|half_i| + half_i s_i)`` over the box, and
@@ -473,7 +475,7 @@ def first_signs(p, weight, differences, longest, nearly, size):  # type: ignore[
 
 @compiled_with_free_sums
 def may_gain(p, values, trial, half, wanted):  # type: ignore[no-untyped-def]
-    """Return True if J of `trial` minus J of `values` may be below the target.
+    """Return True if J of `trial` minus J of `values` may be below the limit `wanted`.
 
     `half` belongs to `values`.  Without a table the answer is always True.
     """

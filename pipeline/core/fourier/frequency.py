@@ -80,7 +80,9 @@ def single_frequency_power(frequencies_hz: np.ndarray, times_s: np.ndarray, sign
 
 
 def _transform(frequencies_hz: np.ndarray, step_s: float, signal: np.ndarray) -> np.ndarray:
-    """Return the sum of signal times exp(i w t), complex (C,), over equally spaced t that start at zero.
+    """Return the Fourier sum of a signal, the sum of signal times exp(i w t), at C frequencies, complex (C,).
+
+    The times t are equally spaced and start at zero.
 
     exp(i w (a + b)) = exp(i w a) exp(i w b): of T exponentials only some 2 sqrt(T) are worked out.
     """

@@ -40,7 +40,7 @@ _TREES = {
     frame: (PELVIS, _STERNUM, _LIMB_ENDS, _LIMB_OVER, _LIMB_REST, frame == "parent", frames.LEAST_SINE)
     for frame in FRAMES
 }
-"""Description of the tree of limbs, for `kernels.place_joints`, by the frame of the cosines."""
+"""Description of the limb tree for `kernels.place_joints`, one for each frame of reference of the cosines."""
 
 _UNDEFINED = {
     kernels.NO_STANCE: frames.HIP_UPRIGHT,

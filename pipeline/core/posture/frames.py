@@ -59,7 +59,7 @@ _UP = np.array([0.0, 0.0, 1.0])
 
 
 def stance(h: np.ndarray) -> np.ndarray:
-    """Return the frame (T, 3, 3) of a standing person from the hip axis; the torso is expressed in this frame.
+    """Return the frame of reference (T, 3, 3) of a standing person, in which the torso is expressed, from the hip axis.
 
     Raises
     ------
@@ -70,7 +70,7 @@ def stance(h: np.ndarray) -> np.ndarray:
 
 
 def hip_and_torso(h: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the frames of hip and torso, each (T, 3, 3); their forward axes are equal.
+    """Return the frames of reference of hip and torso, each (T, 3, 3); their forward axes are equal.
 
     Raises
     ------
@@ -82,7 +82,7 @@ def hip_and_torso(h: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]
 
 
 def shoulder(s: np.ndarray, t: np.ndarray) -> np.ndarray:
-    """Return the frame (T, 3, 3) of the shoulders.
+    """Return the frame of reference (T, 3, 3) of the shoulders.
 
     Raises
     ------
@@ -109,7 +109,7 @@ def components_after(limb: int, direction: np.ndarray, vectors: np.ndarray) -> n
 
 
 def _axes(x: np.ndarray, upward: np.ndarray, wrong: tuple[str, str]) -> np.ndarray:
-    """Return frames (T, 3, 3) with given x axes, and z axes as close as possible to a second direction."""
+    """Return frames of reference (T, 3, 3) with given x axes, and z as close as possible to a second direction."""
     z = upward - (x * upward).sum(axis=-1, keepdims=True) * x
     length = np.linalg.norm(z, axis=-1, keepdims=True)
     _require_defined(length[:, 0] < LEAST_SINE, wrong)

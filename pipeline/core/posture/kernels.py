@@ -52,7 +52,7 @@ def _in_world(frame, v):
 
 @compiled_exactly
 def _axes(x, upward, least_sine):
-    """Return a frame with the given x axis, and True if it is defined.
+    """Return a frame of reference with the given x axis, and True if it is defined.
 
     Its z axis is as close as possible to a second direction.
     """

@@ -51,7 +51,7 @@ class Gram:
 
     @cached_property
     def _seen_from_everywhere(self) -> bool:
-        """True if A has no small eigenvalue at any view angle, because its part Gzz alone has none."""
+        """True if A has no small eigenvalue at any view angle, because its part Gzz alone has no small eigenvalue."""
         largest = np.trace(self._parts[0] + self._parts[2] + self._parts[3])
         return bool(np.linalg.eigvalsh(self._parts[3])[0] > _SAFE * largest)
 
@@ -91,7 +91,7 @@ class Gram:
         H: np.ndarray,
         noise_variance: float | None,
     ) -> np.ndarray:
-        """Return G - H (A + sigma² I)^-1 H^T (A, B, B), the quadratic form of the cost without the coefficients.
+        """Return G - H (A + sigma² I)^-1 H^T, (A, B, B), the quadratic form of the cost after eliminating coefficients.
 
         Parameters
         ----------

@@ -42,7 +42,7 @@ LENGTH_FACTOR = 2.0
 
 @dataclass(frozen=True, kw_only=True)
 class RefinementOptions:
-    """Options of the refinement.
+    """Options for the refinement of trajectories.
 
     Attributes
     ----------
@@ -72,7 +72,7 @@ class RefinementOptions:
 
 @shortened
 class Refinement:
-    """Refined trajectories of all joints, with measures of their reliability.
+    """Refined trajectories of all joints, with the remaining reprojection error and convergence of the solution.
 
     Attributes
     ----------

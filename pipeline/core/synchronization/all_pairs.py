@@ -38,7 +38,7 @@ _KEPT_BYTES = 2**27
 """Size, in bytes, of the costs that a tile stores for backtracking."""
 
 _LARGEST = 1e140
-"""Magnitude from which sums of squares may overflow."""
+"""Magnitude of a coordinate from which sums of squares may overflow."""
 
 
 @shortened

@@ -26,7 +26,7 @@ ALTERNATION = -0.5
 Recorded walks have at most -0.84, bends at least -0.3.
 """
 LEAST_STANCE, SLOWEST_MM_S = 0.15, 100.0
-"""Smallest share of time in which each foot is the lower one, and smallest backward speed of the lower foot."""
+"""Smallest share of time in which each foot is the lower one in a walk, and smallest backward speed of that foot."""
 BOW_DEG = 25.0
 """Largest range of the trunk's pitch (5th to 95th percentile) in a walk.
 

@@ -157,7 +157,10 @@ KNEE = NormativeCurve(
     (5.0, 18.0, 10.5, 5.0, 12.0, 37.0, 61.0, 34.0, 4.0),
     Spread(offset_deg=2.5, gain=0.05, shape_deg=2.0, side_deg=1.0, timing=0.006),
 )
-"""Knee flexion.  Read: Perry 1992; Winter 1991; Kadaba et al. 1990, with an SD of 4–6° between people."""
+"""Flexion of the knee over the gait cycle.
+
+Read: Perry 1992; Winter 1991; Kadaba et al. 1990, with an SD of 4–6° between people.
+"""
 
 FLOOR_UNTIL, FLOOR_SD_MM = 0.58, 2.0
 CORRECTION_SD_DEG = {"thigh": 2.0, "knee": 3.0}
@@ -198,7 +201,7 @@ PELVIC_ROTATION = NormativeCurve(
     Spread(offset_deg=2.0, gain=0.35, shape_deg=0.5, side_deg=0.5, timing=0.02),
     opposed=True,
 )
-"""Axial rotation of the pelvis, positive with the side of the leg in front.
+"""Axial rotation of the pelvis, positive if the pelvis is forward on the side of the leg.
 
 Read: Kadaba et al. 1990; Perry 1992 (5° each way).
 """
@@ -209,7 +212,10 @@ PELVIC_OBLIQUITY = NormativeCurve(
     Spread(offset_deg=0.7, gain=0.40, shape_deg=0.4, side_deg=0.4, timing=0.015),
     opposed=True,
 )
-"""Obliquity of the pelvis, positive with the side of the leg up.  Shape read: Kadaba et al. 1990."""
+"""Obliquity of the pelvis, positive if the pelvis is up on the side of the leg.
+
+Shape read: Kadaba et al. 1990.
+"""
 
 PELVIC_OBLIQUITY_BY_SEX = {True: 7.4 / 8.4, False: 9.4 / 8.4}
 """Factors on the pelvic obliquity of men (True) and women, relative to the excursion of 8.4° in the curve.
@@ -241,7 +247,7 @@ THORAX_ROTATION = NormativeCurve(
     Spread(offset_deg=2.0, gain=0.35, shape_deg=0.4, side_deg=0.4, timing=0.03),
     opposed=True,
 )
-"""Axial rotation of the thorax, positive with the side of the leg in front; opposite to the pelvis.
+"""Axial rotation of the thorax, positive if it is forward on the side of the leg; opposite to the pelvis.
 
 Read: Murray et al. 1967 (7° in all).
 """
@@ -252,7 +258,7 @@ THORAX_OBLIQUITY = NormativeCurve(
     Spread(offset_deg=1.0, gain=0.40, shape_deg=0.3, side_deg=0.3, timing=0.02),
     opposed=True,
 )
-"""Obliquity of the thorax, positive with the shoulder on the leg's side up; opposite to the pelvis.
+"""Obliquity of the thorax, positive if the shoulder is up on the side of the leg; opposite to the pelvis.
 
 Read: Crosbie et al. 1997.
 """
@@ -312,7 +318,10 @@ ELBOW = NormativeCurve(
     (17.0, 19.5, 29.0, 38.0, 31.0, 20.0),
     Spread(offset_deg=6.0, gain=0.35, shape_deg=1.2, side_deg=2.0, timing=0.02),
 )
-"""Elbow flexion.  Read: Murray et al. 1967; Perry 1992."""
+"""Flexion of the elbow over the gait cycle of the leg on the same side.
+
+Read: Murray et al. 1967; Perry 1992.
+"""
 
 ARM_SPEED_REFERENCE = 0.45
 """Dimensionless overground speed at which the arm curves were measured; arm swing is proportional to speed.
