@@ -1,4 +1,4 @@
-"""The aSpace of an action: postures projected on a few eigenvectors (mozerov2006 section 2).
+"""The aSpace of an action: a low-dimensional space of postures, from a few eigenvectors (mozerov2006 section 2).
 
 Symbols
 -------

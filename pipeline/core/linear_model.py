@@ -27,7 +27,7 @@ _SAME_MAGNITUDE = 1e-6
 """Relative difference below which two entries of a component count as equal; the first then fixes the sign."""
 
 _WELL_DETERMINED = 1e-5
-"""Smallest ratio of smallest to largest variance at which variances are computed from products of samples."""
+"""Ratio of smallest to largest variance above which variances are computed from products of samples."""
 
 _MANY, _FOLDS_AT_A_TIME = 4, 64
 """Samples per dimension from which cross-validation folds share sums, and number of folds that share one sum."""

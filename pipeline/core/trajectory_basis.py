@@ -290,7 +290,7 @@ def coefficients(
 
 
 def on_rays(theta: np.ndarray, middle: np.ndarray, direction: np.ndarray) -> np.ndarray:
-    """Return the trajectory (F, 3), mm, in the span of the basis that is nearest to the rays.
+    """Return the trajectory (F, 3), mm, nearest to the rays among those in the span of the basis.
 
     The length of the limb is not used.  If several trajectories are equally near, the one with the smallest
     norm is returned.

@@ -27,7 +27,7 @@ from pipeline.core.linear_model import LinearModel, WhitenedModel, whiten
 from pipeline.validation import require_range
 
 _UNSEEN = 1e-13
-"""Relative eigenvalue of A below which the view does not determine the direction of the eigenvector."""
+"""Relative eigenvalue of A below which the view does not determine the coefficients along its eigenvector."""
 
 _SAFE = 1e-10
 """Ratio of smallest to largest pivot above which least squares is solved without an eigenvalue decomposition."""

@@ -120,7 +120,7 @@ def _tridiagonal(A: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 @functools.lru_cache(maxsize=4)
 def _interpolation(wanted_variances: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the values of sigma² (K,) to compute, and their interpolation weights (K, S) at S wanted values.
+    """Return the K values of sigma² to compute, and weights (K, S) that interpolate to the S wanted values.
 
     As a function of t = log sigma² a path is analytic but for poles at log s ± i pi, s an eigenvalue of A, all
     at least pi away from the real axis.  Its Chebyshev series over t in a ± L therefore falls by a factor

@@ -26,7 +26,7 @@ from pipeline.core.refinement import kernels
 from pipeline.core.refinement.reprojection import Observations, angles, cost, lengths_mm
 
 _FREE_STEP = 1e-7
-"""Damping below which a step counts as undamped; its size is then the distance to the minimum."""
+"""Damping below which a step counts as undamped, so that its size is the distance to the minimum."""
 
 _RIDGE = 1e-10
 """Smallest damping; it holds those unknowns in place that the images hardly determine."""

@@ -110,7 +110,7 @@ def starting_path(
     called: str,
     chart: np.ndarray | None = None,
 ) -> SphericalTrajectory:
-    """Return the path in the basis that is nearest to given directions of a limb.
+    """Return the initial path of a limb: the path in the basis nearest to given directions.
 
     Parameters
     ----------

@@ -56,7 +56,7 @@ def squared_distances(seen_by, tree, theta, phi):  # type: ignore[no-untyped-def
 
 @compiled_with_free_sums
 def frame_by_frame(seen_by, tree, lines, theta, phi, free, exact, sums):  # type: ignore[no-untyped-def]
-    """Add the terms of the normal equations in each frame, for the C unknowns of a limb: theta, phi, length if free.
+    """Add the terms of the normal equations in each frame, by the unknowns of a limb: theta, phi and a free length.
 
     Added to the three arrays of `sums`: the gradient (L, C, F), the diagonal of the curvature after Gauss and Newton
     (L, C, F), and the curvature between a limb and those of its line, exact or after Gauss and Newton (L, M, C, C, F).

@@ -210,7 +210,7 @@ def _reprojection(given: Observations, positions: np.ndarray) -> tuple[np.ndarra
 
 
 def cost(given: Observations, unknowns: np.ndarray) -> float:
-    """Return half of the sum of squared distances over all joints and frames, plus penalties, px² [park2011 5].
+    """Return half the sum of squared distances and penalties over all joints and frames, px² [park2011 5].
 
     Infinite if any joint that was seen stands behind its camera.
     """

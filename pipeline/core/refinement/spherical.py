@@ -186,7 +186,7 @@ def _nearest_face(units: np.ndarray, whitening: np.ndarray) -> np.ndarray:
 
 
 def _perpendicular(wanted: np.ndarray, axis: np.ndarray) -> np.ndarray:
-    """Return the unit vector (3,) perpendicular to a unit axis that is nearest to a wanted direction."""
+    """Return the unit vector (3,) nearest to a wanted direction among those perpendicular to a unit axis."""
     across = wanted - (wanted @ axis) * axis
     return across / np.linalg.norm(across)
 
@@ -271,7 +271,7 @@ def fit(
     *,
     penalty: np.ndarray | None = None,
 ) -> SphericalTrajectory:
-    """Return the path in a trajectory basis that is nearest to given angles.
+    """Return the path nearest to given angles among those in the span of a trajectory basis.
 
     Parameters
     ----------

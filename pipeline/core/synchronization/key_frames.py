@@ -1,4 +1,4 @@
-"""Synchronization by key-frames, the method to which mozerov2006 section 4 compares its own.
+"""Synchronization by key-frames, the method with which mozerov2006 section 4 compares its own.
 
 Five key-frames are chosen in each performance, by curvature.
 

@@ -110,7 +110,7 @@ def estimate(
 def _observations(
     model: LinearModel, white: WhitenedModel, observed: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, bool]:
-    """Return the observations as horizontal (A, 75) and vertical parts (A, 75), and whether there is a single one.
+    """Return horizontal (A, 75) and vertical parts (A, 75) of the observations, and True if there was a single one.
 
     With a model of 226 numbers, the vertical part is (A, 76) with the scaled frequency last.
     """

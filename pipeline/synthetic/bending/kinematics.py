@@ -142,7 +142,7 @@ def _balanced(
 
 
 def _excess_height(person: Person, hips: np.ndarray, ankles: np.ndarray) -> float:
-    """Return by how much the hips are higher than extended legs allow, mm, at most over the frames; 0 if never."""
+    """Return the largest height of the hips above the reach of the legs, mm, over all frames; 0 if always in reach."""
     thigh, shank = person.body.thigh[:, 0], person.body.shank[:, 0]
     reach = np.sqrt(thigh**2 + shank**2 + 2.0 * thigh * shank * np.cos(MIN_BEND))
     leg = hips - ankles

@@ -43,7 +43,7 @@ WITHIN = 0.2
 TIMED = ("knee", "hip", "lean", "twist", "head", "arms", "elbows")
 """Angles whose timing is drawn separately."""
 TIMING_SD, SKEW_SD = 0.02, 0.15
-"""SD of the phases at which an angle starts and stops, and of the log exponent that skews the angle's progress."""
+"""SD of the start and stop phases of an angle, and SD of the log of the exponent that skews its progress."""
 
 TARGET_HEIGHT, STANCE_WIDTH, FOOT_AHEAD, BALANCE = (0.10, 0.03), (0.13, 0.03), (0.0, 0.05), (0.03, 0.006)
 """Mean and SD between people of four lengths, as fractions of stature.  Assumed.
@@ -69,7 +69,7 @@ SWAY = {
 """Root mean square of the postural sway, mm and radians; the knees sway outwards.  Assumed."""
 
 SWAY_HZ, SWAY_WAVES, SWAY_BENT = (0.1, 0.7), 3, 3.0
-"""Frequency range (Hz) and number of the waves of the sway, and its relative increase in the deepest posture.
+"""Frequency range (Hz) and number of sway waves, and relative increase of the sway in the deepest posture.
 
 Assumed, so that angles vary by 2-6 degrees, as in repeated lifts (direction: Scholz 1993)."""
 

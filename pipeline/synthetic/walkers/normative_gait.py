@@ -98,9 +98,9 @@ Read: Alexander 1984 scaling; comfortable on a belt about a tenth below the over
 a tenth, Öberg et al. 1993."""
 
 STRIDES_PER_MINUTE, SPEED_EXPONENT, FREQUENCY_CV = 64.8, 0.57, 0.03
-"""Factor and exponent of the stride frequency 64.8 (v/H)^0.57 per minute, and its SD at equal speed.
+"""Factor and exponent of the stride frequency 64.8 (v/H)^0.57 per minute, and its variation at equal speed.
 
-v/H is the speed in statures per second.  The SD is relative to the frequency.
+v/H is the speed in statures per second.  The variation is a coefficient of variation.
 
 Published: Grieve & Gear 1966.  The spread at equal speed is the remainder in Öberg et al. 1993 (6–7 % in total, 6 %
 of it from speed and stature)."""
