@@ -1,4 +1,4 @@
-"""Published sizes of bodies, from which the synthetic walkers are drawn.
+"""Published body sizes, from which the synthetic walkers are drawn.
 
 The grades of support (*published*, *read*, *assumed*), the tick ✓ and the legend are those of
 `walkers.normative_gait`, which holds what these bodies do.
@@ -15,31 +15,37 @@ from __future__ import annotations
 
 AGE_RANGE_YEARS = (13.0, 59.0)
 AGE_BETA = (1.7, 4.3)
-"""Ages 13–59 with mean 26 ✓ [zhang2007 section 2]: beta on the range, mean 13 + 46 · 1.7/6.
-Shape assumed."""
+"""Range of ages, and parameters of the beta distribution of ages in this range.
+
+The ages are 13–59 with mean 26 ✓ [zhang2007 section 2]; the mean of the distribution is 13 + 46 · 1.7/6. The
+shape is assumed.
+"""
 
 STATURE_MM = {True: (1755.8, 66.8), False: (1629.4, 63.6)}
-"""Mean and SD of the stature, mm, by sex (male: True).  Published: Gordon et al. 1989 (men ✓)."""
+"""Mean and SD of stature, mm, of men (True) and women.  Published: Gordon et al. 1989 (men ✓)."""
 
 GROWTH_AGE_YEARS = (13.0, 14.0, 15.0, 16.0, 17.0, 18.0)
 GROWTH = {
     True: (0.886, 0.930, 0.964, 0.985, 0.995, 1.0),
     False: (0.964, 0.984, 0.993, 0.997, 1.0, 1.0),
 }
-"""Median stature over adult median.  Read: Kuczmarski et al. 2002 (growth charts)."""
+"""Median stature at each age, relative to the adult median.
+
+Read: Kuczmarski et al. 2002 (growth charts).
+"""
 
 SEGMENTS = {"thigh": 0.245, "shank": 0.246, "ankle_height": 0.039, "upper_arm": 0.186, "forearm": 0.146}
-"""Lengths of segments over the stature.  Published: Drillis & Contini 1966."""
+"""Lengths of segments relative to stature.  Published: Drillis & Contini 1966."""
 
 TRUNK, NECK_AND_HEAD, SHOULDER_DROP = 0.295, 0.105, 0.015
-"""Heights over the stature H: hip axis to sternum, sternum to the centre of the head, shoulder centres to sternum.
+"""Vertical distances relative to stature H: hips to sternum, sternum to head centre, shoulder centres to sternum.
 
 The virtual sternum is midway between C7 and the notch, at 0.825 H.  The centre of the head is at 0.93 H.  Read:
 Drillis & Contini 1966 heights (hip 0.530, shoulder 0.818, chin 0.870).
 """
 
 LEG_SHARE_CV, TRUNK_SHARE_CV, ARM_SHARE_CV, SEGMENT_CV, HEAD_CV = 0.025, 0.02, 0.025, 0.012, 0.05
-"""Coefficients of variation of proportions at equal stature.
+"""Coefficients of variation of five body proportions at equal stature.
 
 They are for the leg, the trunk, the arm, one segment relative to its neighbour, and the head.  Assumed from Gordon
 et al. 1989 (crotch height, sleeve: residual SD 2–3 %).
@@ -47,20 +53,31 @@ et al. 1989 (crotch height, sleeve: residual SD 2–3 %).
 
 BIACROMIAL_MM = {True: (397.0, 18.0), False: (362.6, 17.4)}
 BIACROMIAL_TO_SHOULDER_CENTRES = 0.90
-"""Breadth between the acromia, published: Gordon et al. 1989.  Joint centres 18 mm inside each acromion: assumed."""
+"""Mean and SD of the breadth between the acromia, mm, and breadth between shoulder centres relative to it.
+
+The breadth is published: Gordon et al. 1989.  The shoulder centres are assumed 18 mm inside each acromion.
+"""
 
 HIP_CENTRES_MM = {True: (172.0, 9.0), False: (172.0, 9.0)}
-"""Mean and SD of the distance between the hip joint centres, mm, equal for men and women.  Read: Bell et al.
-1990; Seidel et al. 1995."""
+"""Mean and SD of the distance between the hip joint centres, mm, equal for men and women.
+
+Read: Bell et al. 1990; Seidel et al. 1995.
+"""
 
 BREADTH_STATURE_CORRELATION = 0.4
-"""Correlation of breadths with stature.  Read: Gordon et al. 1989 (0.3–0.5)."""
+"""Correlation of hip and shoulder breadth with stature.
+
+Read: Gordon et al. 1989 (0.3–0.5).
+"""
 
 LEG_INEQUALITY_SD_MM = 5.0
-"""SD of the difference between right and left leg, mm.  Published order: Knutson 2005 (mean magnitude 5.2 mm)."""
+"""SD of the length difference between right and left leg, mm.
+
+Order of magnitude published: Knutson 2005 (mean magnitude 5.2 mm).
+"""
 
 FOOT_HEEL, FOOT_BALL = 0.026, 0.073
-"""Distances of heel (behind) and ball (ahead) from the ankle on the floor, over the stature.
+"""Horizontal distance of the heel behind the ankle, and of the ball ahead of the ankle, relative to stature.
 
 Read: Winter 1991; Drillis & Contini 1966 (foot length 0.152).
 """

@@ -1,4 +1,4 @@
-"""The aSpace of an action: postures by their projections on few eigenvectors: mozerov2006 section 2.
+"""The aSpace of an action: a low-dimensional space of postures, from a few eigenvectors (mozerov2006 section 2).
 
 Symbols
 -------
@@ -22,7 +22,7 @@ from pipeline.validation import InvalidInput, require_count, require_range, requ
 
 @shortened
 class ASpace:
-    """Low-dimensional space of the postures of one action, with the projection and its inverse [mozerov2006 5].
+    """Low-dimensional space of the postures of one action, with projection and inverse projection [mozerov2006 5].
 
     Attributes
     ----------
@@ -42,25 +42,28 @@ class ASpace:
 
     @property
     def dimensions(self) -> int:
-        """Number of dimensions b."""
+        """Number of dimensions b of the aSpace."""
         return len(self.components)
 
     @property
     def variance_held(self) -> float:
-        """Share of the variance that the b eigenvectors cover."""
+        """Share of the variance that the b eigenvectors explain."""
         return self.eigenvalues[: self.dimensions].sum() / self.total_variance
 
     def project(self, postures: np.ndarray) -> np.ndarray:
-        """Postures (…, 37) in the aSpace (…, b)."""
+        """Project postures (…, 37) into the aSpace (…, b)."""
         return (np.asarray(postures, float) - self.mean) @ self.components.T
 
     def postures(self, coordinates: np.ndarray) -> np.ndarray:
-        """Postures (…, 37) of points (…, b) of the aSpace; the cosines must be normalised before drawing."""
+        """Return the postures (…, 37) at points (…, b) of the aSpace.
+
+        Their direction cosines must be normalised before they are drawn.
+        """
         return self.mean + np.asarray(coordinates, float) @ self.components
 
 
 def smallest_dimensions(eigenvalues: np.ndarray, total_variance: float, variance: float) -> int:
-    """Smallest number of dimensions b whose eigenvalues cover a share of the variance [mozerov2006 4].
+    """Return the smallest number of dimensions b that explains a given share of the variance [mozerov2006 4].
 
     Parameters
     ----------
@@ -89,7 +92,7 @@ def smallest_dimensions(eigenvalues: np.ndarray, total_variance: float, variance
 def learn(
     performances: Sequence[np.ndarray], *, variance: float = 0.95, dimensions: int | None = None
 ) -> ASpace:
-    """The aSpace of all postures of all performances of an action [mozerov2006 3].
+    """Learn the aSpace from all postures of all performances of an action [mozerov2006 3].
 
     Parameters
     ----------

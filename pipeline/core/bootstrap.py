@@ -1,4 +1,4 @@
-"""Cluster bootstrap: intervals of statistics over people, all clips of a person together.
+"""Cluster bootstrap: confidence intervals of statistics over people; all clips of a person are drawn together.
 
 A replicate is a row of weights, how often it counts each cluster.  Means, paired differences and ratios of means
 are then products of one matrix of weights with sums by cluster, and share the replicates because they share the
@@ -17,16 +17,18 @@ from scipy import special
 from pipeline.validation import InvalidInput
 
 RESAMPLES = 2000
-"""Number of replicates of a published interval."""
+"""Number of bootstrap replicates for the intervals in our results."""
 
 LEVEL = 0.95
-"""Coverage of a published interval."""
+"""Nominal coverage of the intervals in our results."""
 
 
 def resampling_weights(
     clusters: int, generator: np.random.Generator, *, resamples: int = RESAMPLES
 ) -> np.ndarray:
-    """Counts (B, C) int of each cluster in each of `resamples` draws with replacement; rows sum to C.
+    """Return how often each cluster occurs in each replicate, (B, C) int.
+
+    Each replicate draws C clusters with replacement, so that rows sum to C.
 
     Examples
     --------
@@ -37,14 +39,14 @@ def resampling_weights(
 
 
 def sums_by_cluster(values: np.ndarray, cluster: np.ndarray, clusters: int) -> np.ndarray:
-    """Sum (C, …) of the rows (n, …) of each cluster (n,) int."""
+    """Return the sums (C, …), one for each cluster, of the rows (n, …) with cluster indices (n,) int."""
     total = np.zeros((clusters, *values.shape[1:]))
     np.add.at(total, cluster, values)
     return total
 
 
 def weighted_means(values: np.ndarray, cluster: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Mean (B, …) over rows (n, …) in every replicate; NaN where a replicate holds none of them.
+    """Return the mean (B, …) over rows (n, …) in every replicate; NaN if a replicate contains no row.
 
     Parameters
     ----------
@@ -68,7 +70,10 @@ def weighted_means(values: np.ndarray, cluster: np.ndarray, weights: np.ndarray)
 
 
 def weighted_medians(values: np.ndarray, cluster: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Median (B, …) over rows (n, …) in every replicate, halves averaged; NaN where a replicate holds none of them."""
+    """Return the median (B, …) over rows (n, …) in every replicate; NaN if a replicate contains no row.
+
+    With an even number of rows it is the mean of the two middle values.
+    """
     values = np.asarray(values, float)
     if not values.size:
         return np.full((len(weights), *values.shape[1:]), np.nan)
@@ -85,7 +90,7 @@ def weighted_medians(values: np.ndarray, cluster: np.ndarray, weights: np.ndarra
 
 
 def percentile_interval(replicates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Lower and upper end (…) of the central interval of replicates (B, …).
+    """Return the lower and upper end (…) of the central percentile interval of replicates (B, …).
 
     Raises
     ------
@@ -107,13 +112,13 @@ def percentile_interval(replicates: np.ndarray) -> tuple[np.ndarray, np.ndarray]
 
 
 FEWEST_CORRECTED = 10
-"""Smallest number of clusters for a BCa interval; fewer get Student's interval."""
+"""Smallest number of clusters for a bias-corrected (BCa) interval; with fewer, Student's interval is used."""
 
 
 def cluster_interval(
     value: float, replicates: np.ndarray, left_out: np.ndarray, clusters: int
 ) -> tuple[float, float]:
-    """Return the interval of a statistic over clusters, with its nominal coverage also for few clusters.
+    """Return the confidence interval of a statistic over clusters, corrected for small numbers of clusters.
 
     Of ten clusters and more, bias-corrected and accelerated percentiles, their levels expanded by Student's quantile
     and ``sqrt(C / (C - 1))``, which the percentiles of few clusters lack; of fewer, Student's interval with the
@@ -152,7 +157,7 @@ def cluster_interval(
 
 
 def mean_interval(draws: np.ndarray, *, more: float = 0.0) -> tuple[float, float]:
-    """Return Student's interval of the mean that draws (B,) come from; with ``more=1``, of one more draw like them."""
+    """Return Student's interval of the mean from draws (B,), or with ``more=1`` of one further draw."""
     width = np.sqrt(more + 1.0 / len(draws)) * draws.std(ddof=1)
     reach = special.stdtrit(len(draws) - 1, 0.5 * (1.0 + LEVEL)) * width
     return float(draws.mean() - reach), float(draws.mean() + reach)

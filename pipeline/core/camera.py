@@ -21,7 +21,7 @@ from pipeline.skeleton import WALKER15
 
 
 def horizontal(motion: np.ndarray, view_angle_rad: float | np.ndarray) -> np.ndarray:
-    """Image horizontal of (…, 3): cos(alpha) x + sin(alpha) y [zhang2007 B.2].
+    """Return the horizontal image coordinate of points (…, 3): cos(alpha) x + sin(alpha) y [zhang2007 B.2].
 
     Examples
     --------
@@ -32,17 +32,17 @@ def horizontal(motion: np.ndarray, view_angle_rad: float | np.ndarray) -> np.nda
 
 
 def vertical(motion: np.ndarray) -> np.ndarray:
-    """Image vertical of (…, 3): z, whatever the view [zhang2007 B.3]."""
+    """Return the vertical image coordinate of points (…, 3): z in every view [zhang2007 B.3]."""
     return np.asarray(motion)[..., 2]
 
 
 def missing_dimension(motion: np.ndarray, view_angle_rad: float | np.ndarray) -> np.ndarray:
-    """The dimension that the projection loses: -sin(alpha) x + cos(alpha) y."""
+    """Return the coordinate that the projection loses: -sin(alpha) x + cos(alpha) y."""
     return -np.sin(view_angle_rad) * motion[..., 0] + np.cos(view_angle_rad) * motion[..., 1]
 
 
 def project(motion: np.ndarray, view_angle_rad: float | np.ndarray) -> np.ndarray:
-    """2D motion or 2D Fourier representation (…, 2) of a 3D one (…, 3) [zhang2007 3.4] [zhang2004 4].
+    """Project 3D motion or a Fourier representation (…, 3) to 2D (…, 2) [zhang2007 3.4] [zhang2004 4].
 
     The projection is linear, so it does to Fourier coefficients what it does to positions.
     """
@@ -50,7 +50,7 @@ def project(motion: np.ndarray, view_angle_rad: float | np.ndarray) -> np.ndarra
 
 
 def combine(observed: np.ndarray, missing: np.ndarray, view_angle_rad: float | np.ndarray) -> np.ndarray:
-    """3D (…, 3) from the observed 2D (…, 2) and the missing dimension (…) [zhang2007 3.16] [zhang2004 10].
+    """Return 3D motion (…, 3) from the 2D image (…, 2) and the missing dimension (…) [zhang2007 3.16] [zhang2004 10].
 
     The inverse of `project` with `missing_dimension`; the observed coordinates are kept as they are.
     """
@@ -61,7 +61,9 @@ def combine(observed: np.ndarray, missing: np.ndarray, view_angle_rad: float | n
 
 
 def projection_matrix(view_angle_rad: float, *, trailing: int = 0) -> np.ndarray:
-    """C of [zhang2007 3.5] and [zhang2004 5], (150, 225), or (151, 226) with one trailing number.
+    """Return the projection matrix C (150, 225) [zhang2007 3.5] [zhang2004 5].
+
+    With one trailing number it is (151, 226).
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Cameras that walk around, or shake in the hand: the views of park2011 sections 4 and 5.
+"""Camera paths: cameras that walk around a target, or shake in the hand (park2011 sections 4 and 5).
 
 All look at a target from a distance, upright.  The focal length grows with the distance (`px_per_mm`), so the target
 keeps its size in the image and a far camera is the orthographic limit.  Azimuth 0 is a camera on +y, ahead of a person
@@ -13,10 +13,10 @@ from pipeline.core.pinhole import Pinhole, look_at
 from pipeline.validation import InvalidInput, require_finite, require_range, require_shape
 
 DISTANCE_MM, PX_PER_MM = 4000.0, 0.25
-"""A camera at four metres with a focal length of 1000 px."""
+"""Distance, mm, and image scale, px/mm, of the default camera; its focal length is therefore 1000 px."""
 
 SWAY_WAVES = 4
-"""Number of slow waves in the sway of a hand: half a wave to two waves in the time of the clip."""
+"""Number of slow waves in the sway of a hand; they have half a period to two periods in the clip."""
 
 
 def around(
@@ -29,7 +29,7 @@ def around(
     height_mm: float = 0.0,
     px_per_mm: float = PX_PER_MM,
 ) -> Pinhole:
-    """A camera that walks around the target at constant height, distance and speed: smooth.
+    """Return a camera that moves around the target at constant height, distance and speed.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def hand_held(
     sway_mm: float = 60.0,
     tremor_mm: float = 15.0,
 ) -> Pinhole:
-    """The same path, hand-held: slow sway and tremor of the centre, still turned to the target.
+    """Return the same camera path, hand-held: with slow sway and tremor, but still directed at the target.
 
     Parameters
     ----------

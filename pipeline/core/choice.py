@@ -1,4 +1,4 @@
-"""Choices that do not depend on rounding: among nearly equal values, of evenly spaced indices, of a typical sample.
+"""Choices that do not depend on rounding errors: of a minimum, of evenly spaced indices, of a typical sample.
 
 The last digits of a sum depend on the processor.  Where two candidates tie, the lower of the two computed values may
 therefore be either; the rule here takes the first candidate that is not worse by more than a stated relative margin.
@@ -11,11 +11,11 @@ from collections.abc import Mapping
 import numpy as np
 
 MARGIN = 1e-10
-"""Relative difference below which two costs count as equal, well above the rounding of long sums."""
+"""Relative difference below which two costs count as equal; it is well above the rounding error of long sums."""
 
 
 def first_lowest(values: np.ndarray, *, axis: int = -1, margin: float = MARGIN) -> np.ndarray:
-    """Index along an axis of the first value that is as low as the lowest, up to a relative margin.
+    """Return the index along an axis of the first value that equals the minimum within a relative margin.
 
     Parameters
     ----------
@@ -34,14 +34,16 @@ def first_lowest(values: np.ndarray, *, axis: int = -1, margin: float = MARGIN) 
 
 
 def evenly(wanted: int, count: int) -> np.ndarray:
-    """Return `wanted` of `count` indices, evenly over all; all if none or more are wanted."""
+    """Return `wanted` evenly spaced indices out of `count`; all indices if `wanted` is 0 or at least `count`."""
     if not 0 < wanted < count:
         return np.arange(count)
     return np.unique(np.rint(np.linspace(0, count - 1, wanted)).astype(int))
 
 
 def nearest_to_medians(errors_of: Mapping[str, np.ndarray]) -> int:
-    """Return the number of the most typical sample: its errors (R,) are nearest to each method's median, by the ratio.
+    """Return the index of the sample whose errors are most typical.
+
+    Its errors (R,) have the smallest ratios to the median error of each method.
 
     Examples
     --------

@@ -21,12 +21,14 @@ from pipeline.validation import require_choice
 
 
 def parseval_weights(blocks: int) -> np.ndarray:
-    """Weights (1 + 2H,) of the coefficients in the mean square over a cycle: 1, ½, ½, …."""
+    """Return the weights (1 + 2H,) of the Fourier coefficients in the mean square over a cycle: 1, ½, ½, …."""
     return np.concatenate([[1.0], np.full(blocks - 1, 0.5)])
 
 
 def absolute_error(delta: np.ndarray, residual_power: np.ndarray | float = 0.0) -> np.ndarray:
-    """E_abs per joint (…, J) in mm² of coefficient differences (…, 1 + 2H, J) [zhang2007 4.1] [zhang2004 11].
+    """Return E_abs of each joint (…, J), mm².
+
+    It is computed from coefficient differences (…, 1 + 2H, J) [zhang2007 4.1] [zhang2004 11].
 
     `residual_power` (…, J) is the mean square of what the truth has beyond its series (`truth: motion`); it
     adds exactly where residual and harmonics are orthogonal over whole cycles.
@@ -35,17 +37,22 @@ def absolute_error(delta: np.ndarray, residual_power: np.ndarray | float = 0.0) 
 
 
 def absolute_error_over_time(original: np.ndarray, reconstructed: np.ndarray) -> np.ndarray:
-    """E_abs per joint (J,) in mm², as printed: a mean over frames (T, J) [zhang2007 4.1] [zhang2004 11]."""
+    """Return E_abs of each joint (J,), mm², as a mean over the frames of two motions (T, J).
+
+    This is the published form [zhang2007 4.1] [zhang2004 11].
+    """
     return np.mean(np.square(np.asarray(original) - np.asarray(reconstructed)), axis=0)
 
 
 def relative_error(absolute: np.ndarray, variance: np.ndarray | float) -> np.ndarray:
-    """E_rel: E_abs over the variance of the missing dimension [zhang2007 4.3] [zhang2004 12]."""
+    """Return E_rel: E_abs divided by the variance of the missing dimension [zhang2007 4.3] [zhang2004 12]."""
     return absolute / variance
 
 
 def walker_error(per_joint: np.ndarray) -> np.ndarray:
-    """E_a or E_r of a walker: the mean over joints, the last axis [zhang2007 4.2] [zhang2007 4.4] [zhang2004 13].
+    """Return the error E_a or E_r of a walker: the mean over joints [zhang2007 4.2] [zhang2007 4.4] [zhang2004 13].
+
+    The joints are the last axis.
 
     Joints without an error (NaN) were not measured and are left out.
     """
@@ -56,7 +63,7 @@ def walker_error(per_joint: np.ndarray) -> np.ndarray:
 
 
 def along_missing(covariance: np.ndarray, view_angle_rad: np.ndarray) -> np.ndarray:
-    """Variance (A, …) along the missing dimension of covariances (…, 3, 3), for A view angles."""
+    """Return the variance (A, …) along the missing dimension at A view angles, from covariances (…, 3, 3)."""
     angle = np.asarray(view_angle_rad).reshape(-1, *([1] * (covariance.ndim - 2)))
     c, s = np.cos(angle), np.sin(angle)
     return s**2 * covariance[..., 0, 0] - 2 * s * c * covariance[..., 0, 1] + c**2 * covariance[..., 1, 1]
@@ -69,7 +76,9 @@ def missing_variance(
     *,
     kind: str = "temporal",
 ) -> np.ndarray:
-    """The average overall variance of the fifteen joints in the missing dimension, (A,) mm².
+    """Return the mean variance of the fifteen joints in the missing dimension at A view angles, (A,) mm².
+
+    The paper calls it the average overall variance.
 
     Parameters
     ----------

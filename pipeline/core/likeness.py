@@ -1,4 +1,4 @@
-"""Likeness of the people in two recordings, by proportions of limbs and by postures.
+"""Similarity of the people in two recordings, by the proportions of their limbs and by their postures.
 
 A copy may be cut, shifted, resampled, mirrored, resized or noisy.  Two differences tell people apart, whatever the
 place, heading, size, side and order in time:
@@ -45,7 +45,7 @@ _LEAST_LIMBS, _LEAST_POSTURES, _MOST_ASKED = 6, 5, 300
 
 @dataclass(frozen=True)
 class Likeness:
-    """Proportions and postures of the person in a recording.
+    """Limb lengths and postures of the person in a recording.
 
     Attributes
     ----------
@@ -60,7 +60,7 @@ class Likeness:
 
 
 def likeness(positions: np.ndarray, valid: np.ndarray, frame_rate_hz: float) -> Likeness:
-    """Return the proportions and postures of the person in a recording.
+    """Return the limb lengths and postures of the person in a recording.
 
     Parameters
     ----------
@@ -86,7 +86,9 @@ def likeness(positions: np.ndarray, valid: np.ndarray, frame_rate_hz: float) -> 
 
 
 def limb_differences(one: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Return the differences (N,), per cent, of limbs (8,) from those of others (N, 8) or their mirror images.
+    """Return the differences (N,), per cent, between limb lengths (8,) and those of N other people (N, 8).
+
+    Each difference is the smaller one of the two to the other person and to the person's mirror image.
 
     NaN where fewer than six limbs are known of both, for legs alone do not tell people apart.
     """
@@ -103,7 +105,10 @@ def limb_differences(one: np.ndarray, others: np.ndarray) -> np.ndarray:
 
 
 def posture_difference_mm(one: np.ndarray, other: np.ndarray) -> float:
-    """Return the distance of the postures (N, 15, 3) of a recording from another's, or from their mirror images."""
+    """Return the distance, mm per joint, between the postures (N, 15, 3) of two recordings.
+
+    It is the smaller one of the two to the other recording and to the recording's mirror image.
+    """
     short, long = sorted((one, other), key=len)
     short = short[:: -(-len(short) // _MOST_ASKED) or 1]
     mirrored = long[:, WALKER15.mirror] * [-1.0, 1.0, 1.0]
@@ -111,7 +116,10 @@ def posture_difference_mm(one: np.ndarray, other: np.ndarray) -> float:
 
 
 def _median_distance(asked: np.ndarray, among: np.ndarray) -> float:
-    """Return the median distance of postures from the nearest one, mm per joint; infinite if too few are whole."""
+    """Return the median distance, mm per joint, from postures to their nearest neighbours among other postures.
+
+    Infinite if too few postures have all joints.
+    """
     measured = [np.isfinite(postures).any(axis=(0, 2)) for postures in (asked, among)]
     joints = np.flatnonzero(measured[0] & measured[1])
     sets = [postures[:, joints].reshape(len(postures), 3 * len(joints)) for postures in (asked, among)]

@@ -1,4 +1,4 @@
-"""The linear model that eigenwalkers and the aSpace share: zhang2007 section 3.1, mozerov2006 section 2.
+"""The linear model behind eigenwalkers and the aSpace (zhang2007 section 3.1, mozerov2006 section 2).
 
 Symbols
 -------
@@ -24,21 +24,21 @@ from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput, require_choice, require_count, require_range
 
 _SAME_MAGNITUDE = 1e-6
-"""Relative difference below which two entries of a component are tied; the earlier one then fixes the sign."""
+"""Relative difference below which two entries of a component count as equal; the first then fixes the sign."""
 
 _WELL_DETERMINED = 1e-5
 """Ratio of smallest to largest variance above which variances are computed from products of samples."""
 
 _MANY, _FOLDS_AT_A_TIME = 4, 64
-"""Samples per dimension from which folds share sums, and number of folds in a block with shared sums."""
+"""Samples per dimension from which cross-validation folds share sums, and number of folds that share one sum."""
 
 _NO_VARIATION = 1e-12
-"""Standard deviation along an eigenwalker, relative to the largest, at which it is rounding."""
+"""Standard deviation along an eigenwalker, relative to the largest one, below which it is rounding error."""
 
 
 @shortened
 class LinearModel:
-    """Average and principal variations of a set of samples.
+    """Mean and principal components of a set of samples.
 
     Attributes
     ----------
@@ -63,7 +63,7 @@ class LinearModel:
 
 
 def flatten(coefficients: np.ndarray, frequency_hz: np.ndarray | None = None) -> np.ndarray:
-    """Samples (R, 225), or (R, 226) with the angular frequency in rad/s last [zhang2007 3.2] [zhang2004 2].
+    """Return walks as rows (R, 225), or (R, 226) with the angular frequency, rad/s, last [zhang2007 3.2] [zhang2004 2].
 
     `coefficients` is (R, 5, 15, 3), `frequency_hz` (R,).
     """
@@ -74,7 +74,7 @@ def flatten(coefficients: np.ndarray, frequency_hz: np.ndarray | None = None) ->
 
 
 def unflatten(rows: np.ndarray) -> np.ndarray:
-    """Fourier representations (…, 1 + 2H, 15, 3) of samples (…, D); a trailing frequency is dropped."""
+    """Return the Fourier representations (…, 1 + 2H, 15, 3) of rows (…, D); a trailing frequency is dropped."""
     rows, joints = np.asarray(rows), len(WALKER15.joints)
     blocks = rows.shape[-1] // (3 * joints)
     return rows[..., : 3 * joints * blocks].reshape(*rows.shape[:-1], blocks, joints, 3)
@@ -87,7 +87,7 @@ def fit(
     divisor: str = "R-1",
     scale_last: float | None = 1.0,
 ) -> LinearModel:
-    """Average walker and eigenwalkers [zhang2007 3.3] [zhang2004 3].
+    """Fit the average walker and the eigenwalkers [zhang2007 3.3] [zhang2004 3].
 
     Parameters
     ----------
@@ -144,7 +144,7 @@ def fit(
 def _model(
     mean: np.ndarray, squares: np.ndarray, components: np.ndarray, divisor: int, last_scale: float
 ) -> LinearModel:
-    """Return the model of squared singular values and the retained directions."""
+    """Return the linear model from squared singular values and the retained directions."""
     largest = first_lowest(-np.abs(components), margin=_SAME_MAGNITUDE)
     signs = np.where(components[np.arange(len(components)), largest] < 0, -1.0, 1.0)
     variances = squares / divisor
@@ -158,7 +158,7 @@ def _model(
 
 
 def _principal_directions(centred: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Squares of all singular values, largest first, and the first `count` right singular vectors in rows.
+    """Return the squares of all singular values, largest first, and the first `count` right singular vectors as rows.
 
     A few of many come from the eigenvectors of the samples' products, three times as fast as from the singular value
     decomposition: rounding of the products is 1e-16 of the largest square, so that the directions are good to 1e-11
@@ -184,7 +184,7 @@ def leave_one_out(
     scale_last: float | None = 1.0,
     only: Sequence[int] | None = None,
 ) -> Iterator[tuple[LinearModel, int]]:
-    """Pairs (model without walker r, r) for every r in order: leave-one-person-out.
+    """Yield (model learnt without the person of walk r, r) for every walk r in order: leave one person out.
 
     Parameters
     ----------
@@ -250,7 +250,7 @@ def leave_one_out(
 def _moments_without(
     rows: np.ndarray, owners: np.ndarray, people: np.ndarray
 ) -> Iterator[tuple[np.ndarray, np.ndarray, int]]:
-    """Mean (D,), products of deviations (D, D) and number of the rows that remain without each person.
+    """Yield mean (D,), products of deviations (D, D) and number of the rows that remain without each person.
 
     Rows of other people are summed once. No sum is subtracted again, so that the person who is left out
     moves no digit.
@@ -275,7 +275,7 @@ def leave_two_out(
     divisor: str = "R-1",
     scale_last: float | None = 1.0,
 ) -> Iterator[tuple[LinearModel, int, int]]:
-    """Triples (model without groups g and h, g, h) for every pair g < h: the inner folds of a nested validation.
+    """Yield (model learnt without groups g and h, g, h) for every pair g < h: inner folds of nested cross-validation.
 
     Parameters
     ----------
@@ -304,14 +304,14 @@ def leave_two_out(
 
 
 def truncated(model: LinearModel, n_components: int) -> LinearModel:
-    """Model with only its first components."""
+    """Return the model with its first `n_components` components only."""
     return replace(
         model, components=model.components[:n_components], eigenvalues=model.eigenvalues[:n_components]
     )
 
 
 def without_joints(rows: np.ndarray, measured: np.ndarray) -> np.ndarray:
-    """Samples or eigenwalkers (…, D) with zeros for joints that were not measured.
+    """Return samples or eigenwalkers (…, D) with zeros for joints that were not measured.
 
     Where every joint was measured, they are returned as they are.
 
@@ -329,7 +329,7 @@ def without_joints(rows: np.ndarray, measured: np.ndarray) -> np.ndarray:
 
 
 def of_measured(model: LinearModel, measured: np.ndarray) -> LinearModel:
-    """Model for a walker with unmeasured joints, without these joints.
+    """Return the model for a walker with unmeasured joints, in which the entries of these joints are zero.
 
     Rows of the missing joints are zero, so that they neither count as observed nor add to an error; eigenwalkers are
     then not orthonormal.
@@ -349,14 +349,14 @@ def of_measured(model: LinearModel, measured: np.ndarray) -> LinearModel:
 
 
 def largest_coefficients(model: LinearModel, samples: np.ndarray) -> np.ndarray:
-    """Largest magnitude (N,) of the coefficients of samples (R, D), mm."""
+    """Return the largest magnitude (N,), mm, of each coefficient over samples (R, D)."""
     return np.abs(coefficients(model, samples)).max(axis=0)
 
 
 def coefficients(
     model: LinearModel, samples: np.ndarray, *, measured: np.ndarray | None = None
 ) -> np.ndarray:
-    """Coefficients (R, N), mm, of samples (R, D), from the measured joints (15,) only."""
+    """Return the coefficients (R, N), mm, of samples (R, D), using the measured joints (15,) only."""
     scaled = np.array(samples, float)
     scaled[:, -1] *= model.last_scale
     if measured is None or measured.all():
@@ -368,7 +368,7 @@ def coefficients(
 
 @dataclass(frozen=True)
 class WhitenedModel:
-    """A linear model in whitened form, split by axis; the working form of sweeps.
+    """Linear model in whitened form, split into x, y and z for fast sweeps over view angles.
 
     Attributes
     ----------
@@ -392,7 +392,7 @@ class WhitenedModel:
 
 
 def whiten(model: LinearModel, *, prior: bool = True) -> WhitenedModel:
-    """The whitened, axis-wise form of a model of 225 numbers, or of 226 with the frequency last.
+    """Return the whitened form, split into x, y and z, of a model with 225 or 226 numbers (frequency last).
 
     Without a `prior` the eigenwalkers keep their length, as approach I has them, but for those along which the
     training walkers do not vary (zero eigenvalues, to rounding): their directions are arbitrary.

@@ -1,4 +1,4 @@
-"""Minima of functions of one variable, by Newton's method inside a bracket for each.
+"""Minimisation of many functions of one variable by Newton's method, each within its own bracket.
 
 Symbols
 -------
@@ -19,12 +19,12 @@ from dataclasses import dataclass
 import numpy as np
 
 Slopes = Callable[[np.ndarray, np.ndarray], np.ndarray]
-"""Function of indices (n,) and points (n,) that returns the slopes (n,) of these functions."""
+"""Function that returns the slopes (n,) of the functions with the given indices (n,) at points (n,)."""
 
 
 @dataclass(frozen=True)
 class BracketedMinima:
-    """Minima of A functions.
+    """Minima of A functions of one variable.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ def minimise(
     most_iterations: int,
     curvature: np.ndarray,
 ) -> BracketedMinima:
-    """Minima of A functions, where their slopes vanish or at the end of a bracket towards which they fall.
+    """Find the minima of A functions: zeros of their slopes, or the ends of the brackets towards which they fall.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""A perspective camera: park2011 section 2, and the known camera of a tracker (mozerov2006 section 1).
+"""Perspective camera (park2011 section 2), also the known camera of a tracker (mozerov2006 section 1).
 
 Symbols
 -------
@@ -18,12 +18,12 @@ from pipeline.shortened import shortened
 from pipeline.validation import InvalidInput, require_shape
 
 _ROUNDING = 1e-6
-"""Tolerance of R R^T against the identity: rotations come from files with seven digits."""
+"""Largest entry of R R^T - I in a rotation; files often contain rotations with only seven digits."""
 
 
 @shortened
 class Pinhole:
-    """Perspective camera, for all frames or for each of F frames; NaN marks frames with an unknown camera.
+    """Perspective camera, fixed or different in each of F frames; NaN marks frames without a known camera.
 
     Attributes
     ----------
@@ -83,7 +83,7 @@ class Pinhole:
 
     @property
     def frames(self) -> int | None:
-        """Number of frames F, or None where one camera serves all."""
+        """Number of frames F, or None if the camera is the same in all frames."""
         per_frame = [
             len(value)
             for value, dimensions in ((self.intrinsics, 2), (self.rotation, 2), (self.centre, 1))
@@ -93,7 +93,7 @@ class Pinhole:
 
     @property
     def known(self) -> np.ndarray:
-        """Frames (F,) bool with a known camera; shape () for one camera."""
+        """Mask (F,) of frames with a known camera; shape () if the camera is the same in all frames."""
         return (
             np.isfinite(self.intrinsics).all(axis=(-2, -1))
             & np.isfinite(self.rotation).all(axis=(-2, -1))
@@ -102,14 +102,14 @@ class Pinhole:
 
     @property
     def matrix(self) -> np.ndarray:
-        """P = K R [I | -C]: (3, 4) or (F, 3, 4)."""
+        """Camera matrix P = K R [I | -C], (3, 4) or (F, 3, 4)."""
         turned = self.intrinsics @ self.rotation
         centre = np.broadcast_to(self.centre, (*turned.shape[:-2], 3)) if turned.ndim > 2 else self.centre
         moved = -(turned @ centre[..., None])
         return np.concatenate([np.broadcast_to(turned, (*moved.shape[:-1], 3)), moved], axis=-1)
 
     def at(self, frame: int) -> Pinhole:
-        """The camera of one frame."""
+        """Return the camera in one frame."""
         if self.frames is None:
             return self
         return Pinhole(
@@ -119,7 +119,7 @@ class Pinhole:
         )
 
     def in_camera(self, points: np.ndarray) -> np.ndarray:
-        """Camera coordinates (…, 3) of world points (…, 3), mm; the last is the depth.
+        """Return the camera coordinates (…, 3) of world points (…, 3), mm; the last coordinate is the depth.
 
         Cameras of F frames take points (F, …, 3).
 
@@ -133,7 +133,9 @@ class Pinhole:
         return (relative @ np.swapaxes(self.rotation, -1, -2)).reshape(points.shape)
 
     def project(self, points: np.ndarray) -> np.ndarray:
-        """Pixels (…, 2) of world points (…, 3), NaN where a point is not in front of the camera [park2011 7].
+        """Project world points (…, 3) to pixels (…, 2) [park2011 7].
+
+        Points that are not in front of the camera give NaN.
 
         Cameras of F frames take points (F, …, 3).
         """
@@ -145,7 +147,9 @@ class Pinhole:
         return pixels.reshape(*points.shape[:-1], 2)
 
     def rays(self, pixels: np.ndarray) -> np.ndarray:
-        """World directions (…, 3) of pixels (…, 2), of unit depth: the centre plus d times it lies at depth d.
+        """Return the directions (…, 3) in the world of the rays through pixels (…, 2).
+
+        A direction d has a depth of one: the point C + s d is at depth s.
 
         Cameras of F frames take pixels (F, …, 2).
         """
@@ -156,7 +160,7 @@ class Pinhole:
         return directions.reshape(*pixels.shape[:-1], 3)
 
     def back_project(self, pixels: np.ndarray, depth: float | np.ndarray) -> np.ndarray:
-        """World points (…, 3) at a depth (…) in mm behind pixels (…, 2)."""
+        """Return the world points (…, 3) that project to pixels (…, 2) and have a given depth (…), mm."""
         rays = self.rays(pixels)
         ahead = np.asarray(depth, float)
         between = rays.ndim - self.centre.ndim
@@ -164,7 +168,10 @@ class Pinhole:
         return centre + rays * (ahead[..., None] if ahead.ndim else ahead)
 
     def _by_frame(self, values: np.ndarray, last: int) -> tuple[np.ndarray, np.ndarray]:
-        """`values` as floats, reshaped to (n, last) or, for cameras of F frames, to (F, n, last)."""
+        """Return `values` as floats, in their own shape and flattened.
+
+        The flat shape is (n, last), or (F, n, last) for cameras of F frames.
+        """
         values = np.asarray(values, float)
         frames = self.frames
         if values.ndim < 1 + (frames is not None) or values.shape[-1] != last:
@@ -190,7 +197,9 @@ class Pinhole:
 
 
 def project_by_matrix(cameras: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Pixels (F, …, 2) by the rows of 3 x 4 cameras, perspective or affine, of any scale [park2011 7].
+    """Project points to pixels (F, …, 2) with 3 x 4 camera matrices, perspective or affine [park2011 7].
+
+    The matrices may have any scale.
 
     Parameters
     ----------
@@ -222,7 +231,9 @@ def look_at(
     *,
     focal_px: float,
 ) -> Pinhole:
-    """A camera that looks from a centre to a target, at pixel 0, 0, with the world's vertical upright in the image.
+    """Return a camera that looks from a centre to a target, with the vertical of the world upright in the image.
+
+    The target is at pixel (0, 0).
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Reconstructibility of a limb from its images: park2011 section 4.
+"""Reconstructibility of a limb from its images: how well the true depth can be chosen (park2011 section 4).
 
 Symbols
 -------
@@ -31,29 +31,37 @@ from pipeline.validation import InvalidInput, require_choice, require_range, req
 
 
 class Reading(StrEnum):
-    """Definitions of gamma in [park2011 13]."""
+    """Definitions of the quantity gamma in [park2011 13]."""
 
     vector = "vector"
-    """Relative trajectories."""
+    """Gamma is the trajectory of the limb's end relative to its parent."""
     angle = "angle"
-    """Angles, as printed."""
+    """Gamma is the angle that the paper defines."""
 
 
 Confidence = Literal["green", "amber", "red"]
 
 GREEN_ABOVE, RED_BELOW = 2.0, 0.95
-"""Thresholds of eta_a of vectors: on real clips, 97 % of signs are right above the upper one, none below the lower."""
+"""Thresholds of eta_a from relative trajectories: green above the first, red below the second.
+
+In recorded clips, 97 % of the signs are correct above the first, and no sign is below the second.
+"""
 
 MARGIN_GREEN_ABOVE, MARGIN_RED_BELOW = 2.0, 1.25
-"""Thresholds of the mirror margin: 95 % are right above the upper one; at one it is a coin toss (assumed)."""
+"""Thresholds of the mirror margin: green above the first, red below the second.
+
+95 % of the signs are correct above the first.  At a margin of one the choice is assumed to be random.
+"""
 
 _ROUNDING = 1e-12
-"""Fraction of a trajectory's size below which its part outside the basis is rounding."""
+"""Share of a trajectory outside the basis below which it is rounding error."""
 
 
 @dataclass(frozen=True)
 class Reconstructibility:
-    """Reconstructibility of a limb, or of all limbs of a clip: the impostor (all other candidates) against the truth.
+    """Reconstructibility of a limb, or of all limbs of a clip.
+
+    It compares the impostor (the other candidate in every frame) with the truth.
 
     Attributes
     ----------
@@ -69,7 +77,7 @@ class Reconstructibility:
 
     @property
     def confidence(self) -> Confidence:
-        """Confidence by eta_a on vectors: green above 2, red below 0.95."""
+        """Confidence from eta_a of relative trajectories: green above 2, red below 0.95, otherwise amber."""
         return _confidence(self.ratio, RED_BELOW, GREEN_ABOVE)
 
 
@@ -82,7 +90,7 @@ def reconstructibility(
     reading: Reading = Reading.vector,
     axis: np.ndarray | None = None,
 ) -> Reconstructibility:
-    """Reconstructibility of an articulated trajectory, eta_a [park2011 13].
+    """Return the reconstructibility eta_a of the trajectory of a limb [park2011 13].
 
     Parameters
     ----------
@@ -119,7 +127,10 @@ def reconstructibility(
 
 
 def of_clip(limbs: Sequence[Reconstructibility]) -> Reconstructibility:
-    """Reconstructibility of all limbs of a clip together: their parts outside the basis, squared and summed."""
+    """Return the reconstructibility of all limbs of a clip together.
+
+    The squared parts outside the basis are summed over the limbs.
+    """
     if not limbs:
         raise InvalidInput(
             "a clip of no limbs has no reconstructibility", expected="a limb at least", code="no_limbs"
@@ -129,7 +140,9 @@ def of_clip(limbs: Sequence[Reconstructibility]) -> Reconstructibility:
 
 
 def confidence_of_mirror_margin(margin: float) -> Confidence:
-    """Confidence by the mirror margin, J(-s) / J(s), which needs no truth: green above 2, red below 1.25.
+    """Return the confidence from the mirror margin J(-s) / J(s): green above 2, red below 1.25, otherwise amber.
+
+    The margin does not need the ground truth.
 
     Raises
     ------
@@ -140,7 +153,9 @@ def confidence_of_mirror_margin(margin: float) -> Confidence:
 
 
 def viewing_angles(directions: np.ndarray, axis: np.ndarray) -> np.ndarray:
-    """Angles gamma (F,), 0 to pi rad, of limbs (F, 3) and directions (F, 3) from camera to parent, of any length.
+    """Return the angles gamma (F,), 0 to pi rad, between limbs (F, 3) and directions (F, 3) from camera to parent.
+
+    The vectors may have any length.
 
     Raises
     ------
@@ -154,7 +169,7 @@ def viewing_angles(directions: np.ndarray, axis: np.ndarray) -> np.ndarray:
 
 
 def view_from_the_camera(gamma: np.ndarray, distance: float) -> np.ndarray:
-    """Angles alpha (…), rad, between a limb's end and its parent as the camera sees them (park2011 section 4).
+    """Return the angles alpha (…), rad, between the two ends of a limb as seen from the camera (park2011 section 4).
 
     alpha = atan(sin gamma / (l + cos gamma)) is not linear in gamma, so that a basis that spans gamma does not span
     alpha; far away it vanishes.
@@ -176,7 +191,7 @@ def view_from_the_camera(gamma: np.ndarray, distance: float) -> np.ndarray:
 
 
 def outside(basis: np.ndarray, trajectory: np.ndarray) -> float:
-    """Part of a trajectory (F,) or (F, D) outside the basis: the root of its summed squares.
+    """Return the norm of the part of a trajectory (F,) or (F, D) outside the basis.
 
     Parameters
     ----------
@@ -199,7 +214,7 @@ def outside(basis: np.ndarray, trajectory: np.ndarray) -> float:
 
 
 def _checked(basis: np.ndarray, trajectory: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A basis (F, K) and a trajectory as (F, D), or a InvalidInput."""
+    """Return a basis (F, K) and a trajectory as (F, D), or raise InvalidInput."""
     basis, c = np.asarray(basis, float), np.asarray(trajectory, float)
     if basis.ndim != 2 or c.ndim not in (1, 2) or len(c) != len(basis):
         raise InvalidInput(
@@ -252,7 +267,7 @@ def _confidence(value: float, red_below: float, green_above: float) -> Confidenc
 
 @dataclass(frozen=True)
 class ChoiceResidual:
-    """Residual outside the basis of a choice between truth and impostor.
+    """Residual outside the basis of a trajectory that mixes truth and impostor.
 
     Attributes
     ----------
@@ -270,7 +285,7 @@ class ChoiceResidual:
 
 
 def estimated(truth: np.ndarray, impostor: np.ndarray, choices: np.ndarray) -> np.ndarray:
-    """The estimate (F, …) that takes the impostor where b = 1 and the truth where b = 0 [park2011 14, 15].
+    """Return the estimate (F, …): the impostor in frames with b = 1, the truth in frames with b = 0 [park2011 14, 15].
 
     Parameters
     ----------
@@ -298,7 +313,7 @@ def estimated(truth: np.ndarray, impostor: np.ndarray, choices: np.ndarray) -> n
 def choice_residual(
     basis: np.ndarray, truth: np.ndarray, impostor: np.ndarray, choices: np.ndarray
 ) -> ChoiceResidual:
-    """Squared distance of a choice and its best coefficients, as a sum of parts [park2011 16, 17, 18].
+    """Return the squared distance between a mixed trajectory and the basis, with its two parts [park2011 16, 17, 18].
 
     The minimum over a_hat for a given B.  [park2011 16, 17] measure the chosen trajectory as a whole, [park2011 18]
     as the sum of `within` and `beyond`.

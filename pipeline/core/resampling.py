@@ -16,11 +16,11 @@ import numpy as np
 from pipeline.validation import InvalidInput
 
 _ROUNDING = 1e-9
-"""Largest overshoot of an end, in samples, by sums of fractional steps; such positions count as the end."""
+"""Largest overshoot of the last sample by rounding errors, in samples; such positions count as the last sample."""
 
 
 def interpolate(values: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Values (N, …) at fractional positions, x_b + s (x_(b+1) - x_b): linear between samples.
+    """Return the values (N, …) at fractional positions by linear interpolation, x_b + s (x_(b+1) - x_b).
 
     Parameters
     ----------
@@ -70,7 +70,9 @@ def interpolate(values: np.ndarray, at: np.ndarray) -> np.ndarray:
 
 
 def frames_at_rate(frames: int, rate_hz: float, wanted_hz: float) -> np.ndarray:
-    """Positions (N,) of the samples of a clip at a lower frame rate; all frames for a rate that is not lower.
+    """Return the positions (N,), in samples, at which a clip is read at a lower frame rate.
+
+    All frames are returned if the wanted rate is not lower.
 
     Parameters
     ----------

@@ -15,21 +15,23 @@ from scipy.cluster.hierarchy import fcluster, linkage
 from scipy.spatial.distance import pdist
 
 _FLAT = 1e-3
-"""Second singular value of a cluster, relative to the first, below which its points lie on a line."""
+"""Ratio of second to first singular value of a cluster below which its points count as lying on a line."""
 
 _FRAMES = 100
-"""Frames, evenly over a clip, in which distances are measured."""
+"""Number of frames, evenly spaced over a clip, in which distances are measured."""
 
 _MOST_POINTS = 500
-"""Largest number of points; more are a surface, and memory grows with the square of their number."""
+"""Largest number of points; larger sets are body surfaces, and memory grows with the square of the number."""
 
 _APART_MM = 1e9
-"""Change of distance of two points that were never seen together."""
+"""Change assumed for the distance between two points that were never seen together, mm."""
 
 
 @dataclass(frozen=True)
 class RigidMotion:
-    """Rotation and translation of each frame, NaN where fewer than three points, or points on a line, were seen.
+    """Rotation and translation in each frame.
+
+    NaN in frames with fewer than three visible points, or with visible points on a line.
 
     Attributes
     ----------
@@ -45,12 +47,12 @@ class RigidMotion:
     residual_mm: np.ndarray
 
     def carry(self, points: np.ndarray) -> np.ndarray:
-        """Return points (Q, 3) of the reference posture in each frame, (T, Q, 3)."""
+        """Move points (Q, 3) of the reference posture to each frame; return (T, Q, 3)."""
         return points @ np.swapaxes(self.rotation, 1, 2) + self.translation[:, None]
 
 
 def fit_rigid_motion(reference: np.ndarray, positions: np.ndarray) -> RigidMotion:
-    """Return the rigid motion nearest to the points in each frame, in the least-squares sense [Kabsch 1976].
+    """Return the rigid motion that fits the points best in each frame, by least squares [Kabsch 1976].
 
     Parameters
     ----------
@@ -78,7 +80,9 @@ def fit_rigid_motion(reference: np.ndarray, positions: np.ndarray) -> RigidMotio
 def rigid_clusters(
     positions: np.ndarray, tolerance_mm: float, reference: np.ndarray | None = None
 ) -> list[list[int]]:
-    """Return groups of three or more points, all of whose distances stay the same; none of a surface of many.
+    """Return groups of three or more points whose mutual distances stay constant over the clip.
+
+    The list is empty for more than 500 points, which are a surface.
 
     Parameters
     ----------

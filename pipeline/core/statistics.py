@@ -1,4 +1,4 @@
-"""Circular statistics of angles in degrees, for the view-angle tables, and rank correlation.
+"""Circular statistics of angles in degrees, and rank correlation.
 
 Directions near ±180 are near each other, so means and spreads of angles go through unit vectors.  Reconstructibility
 is to tell which limbs will err more, not by how much; that is what a correlation of ranks says (park2011 section 4).
@@ -12,7 +12,7 @@ from pipeline.validation import InvalidInput, require_shape
 
 
 def angle_difference_deg(estimated: np.ndarray | float, true: np.ndarray | float) -> np.ndarray:
-    """Signed difference of angles in [-180, 180), degrees.
+    """Return the signed difference (estimated minus true) of angles, in [-180, 180) degrees.
 
     Examples
     --------
@@ -23,17 +23,20 @@ def angle_difference_deg(estimated: np.ndarray | float, true: np.ndarray | float
 
 
 def circular_mean_deg(angles_deg: np.ndarray) -> np.ndarray:
-    """Circular mean along the last axis, in (-180, 180] degrees."""
+    """Return the circular mean along the last axis, in (-180, 180] degrees."""
     return 180.0 - np.mod(180.0 - np.degrees(np.angle(_mean_vector(angles_deg))), 360.0)
 
 
 def circular_sd_deg(angles_deg: np.ndarray) -> np.ndarray:
-    """Circular standard deviation sqrt(-2 ln |mean vector|), degrees; the ordinary one for small spreads."""
+    """Return the circular standard deviation sqrt(-2 ln |mean vector|), degrees.
+
+    It is close to the ordinary standard deviation for small spreads.
+    """
     return circular_sd_of_length_deg(np.abs(_mean_vector(angles_deg)))
 
 
 def circular_sd_of_length_deg(length: np.ndarray) -> np.ndarray:
-    """Circular standard deviation in degrees of angles whose mean vector has this length, 0 to 1."""
+    """Return the circular standard deviation, degrees, of angles whose mean vector has a given length (0 to 1)."""
     return np.degrees(np.sqrt(-2.0 * np.log(np.clip(length, np.finfo(float).tiny, 1.0))))
 
 
@@ -42,7 +45,9 @@ def _mean_vector(angles_deg: np.ndarray) -> np.ndarray:
 
 
 def rank_correlation(a: np.ndarray, b: np.ndarray) -> float:
-    """Spearman's rank correlation of two series, equal values sharing their ranks; 0 where one of them is constant.
+    """Return Spearman's rank correlation of two series; 0 if one of them is constant.
+
+    Equal values share their mean rank.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Cosine basis for smooth trajectories with gaps, hard or soft: park2011 section 2.
+"""Cosine basis, hard or soft, for smooth trajectories with gaps (park2011 section 2).
 
 Symbols
 -------
@@ -25,18 +25,21 @@ import numpy as np
 from pipeline.validation import InvalidInput, require_count, require_finite, require_range, require_shape
 
 EXPONENT = 6.0
-"""Exponent of the soft basis's penalty: the square of a third derivative."""
+"""Exponent of the penalty of the soft basis; 6 penalises the square of the third derivative."""
 
 COSINES_PER_S = 8.0
-"""Cosines to a second of a clip.  Of 24 clips of varied motion, moving and shaking cameras, without and with noise of
-1 px: mean error of limbs 136, 113, 108, 95 and 102 mm at 3, 4, 6, 8 and 12."""
+"""Number of cosines per second of a clip.
+
+At 3, 4, 6, 8 and 12 cosines per second, the mean error of limbs was 136, 113, 108, 95 and 102 mm. The test
+had 24 clips of varied motion, with moving and shaking cameras, without noise and with noise of 1 px.
+"""
 
 _SINGULAR = 1e-9
-"""Singular value, of at most one, below which the observed frames do not determine a combination of components."""
+"""Singular value (at most one) below which observed frames do not determine a combination of components."""
 
 
 def cosine_basis(F: int, K: int, *, at: np.ndarray | None = None) -> np.ndarray:
-    """The first K orthonormal discrete cosines (type II) over F frames, (F, K) [park2011 2].
+    """Return the first K orthonormal discrete cosines (type II) over F frames, (F, K) [park2011 2].
 
     Parameters
     ----------
@@ -81,7 +84,9 @@ def _cosines_at(F: int, K: int, times: np.ndarray) -> np.ndarray:
 
 
 class BasisProducts(NamedTuple):
-    """Theta^T diag(w) Theta for any weights w (F,), as ``scale * (sums[first] + sums[second])``, sums w^T columns.
+    """Products of basis columns, from which Theta^T diag(w) Theta follows for any weights w (F,).
+
+    With sums = w^T columns it is ``scale * (sums[first] + sums[second])``.
 
     Attributes
     ----------
@@ -98,7 +103,9 @@ class BasisProducts(NamedTuple):
 
 
 def products(basis: np.ndarray) -> BasisProducts:
-    """Products of the columns of a basis (F, K): of cosines, cosines of sum and difference, 2 K - 1 in all.
+    """Return the products of the columns of a basis (F, K).
+
+    Products of cosines are cosines of sum and difference, 2 K - 1 in all.
 
     Examples
     --------
@@ -127,7 +134,9 @@ def _products_of_cosines(frames: int, components: int) -> BasisProducts:
 
 
 def soft_ridge(components: int, cutoff: float) -> np.ndarray:
-    """Penalties R (K,): (k / k0)^6, zero for the constant; component k0 is halved.
+    """Return the penalties R (K,) = (k / k0)^6 of the coefficients.
+
+    The constant is not penalised; coefficient k0 is halved.
 
     Parameters
     ----------
@@ -151,7 +160,7 @@ def soft_ridge(components: int, cutoff: float) -> np.ndarray:
 
 @dataclass(frozen=True)
 class TrajectoryBasis:
-    """The trajectory basis of a reconstruction.
+    """Trajectory basis of a reconstruction: number of cosines, and cutoff if the basis is soft.
 
     Attributes
     ----------
@@ -175,7 +184,7 @@ class TrajectoryBasis:
 
     @classmethod
     def of_clip(cls, frames: int, frame_rate_hz: float) -> TrajectoryBasis:
-        """A hard basis of `COSINES_PER_S` cosines to a second, of half as many as frames at most.
+        """Return a hard basis with `COSINES_PER_S` cosines per second, but at most half as many cosines as frames.
 
         Examples
         --------
@@ -192,11 +201,13 @@ class TrajectoryBasis:
 
     @property
     def ridge(self) -> np.ndarray:
-        """Penalties R (K,); zeros for a hard basis."""
+        """Penalties R (K,) of the coefficients; zeros for a hard basis."""
         return np.zeros(self.components) if self.cutoff is None else soft_ridge(self.components, self.cutoff)
 
     def rows(self, frames: int, observed: np.ndarray) -> np.ndarray:
-        """B of the n frames that were observed, (n, K), or (n, n) if they are fewer, with the same B B^T.
+        """Return the basis B (n, K) of the n observed frames.
+
+        If n is smaller than K, it is (n, n) with the same B B^T.
 
         Parameters
         ----------
@@ -211,7 +222,7 @@ class TrajectoryBasis:
 def _rows(
     basis: TrajectoryBasis, frames: int, observed: bytes, kind: np.dtype, shape: tuple[int, ...]
 ) -> np.ndarray:
-    """Return `TrajectoryBasis.rows`, cached: many limbs are observed in the same frames."""
+    """Return `TrajectoryBasis.rows`, cached because many limbs are observed in the same frames."""
     mask = np.frombuffer(observed, kind).reshape(shape)
     rows = restricted(cosine_basis(frames, basis.components), mask, ridge=basis.ridge)
     if len(rows) < basis.components:
@@ -222,7 +233,9 @@ def _rows(
 
 
 def restricted(theta: np.ndarray, observed: np.ndarray, *, ridge: np.ndarray | None = None) -> np.ndarray:
-    """B (n, K) of the n observed frames: Theta_o L^-T, L L^T = Theta_o^T Theta_o + diag(R).
+    """Return the basis B (n, K) of the n observed frames.
+
+    B = Theta_o L^-T, with L L^T = Theta_o^T Theta_o + diag(R).
 
     Parameters
     ----------
@@ -250,7 +263,7 @@ def restricted(theta: np.ndarray, observed: np.ndarray, *, ridge: np.ndarray | N
 def coefficients(
     theta: np.ndarray, observed: np.ndarray, values: np.ndarray, *, ridge: np.ndarray | None = None
 ) -> np.ndarray:
-    """Coefficients a (K, D) of the trajectory that fits the observed frames best [park2011 2].
+    """Return the coefficients a (K, D) of the trajectory that fits the observed frames best [park2011 2].
 
     Parameters
     ----------
@@ -277,7 +290,10 @@ def coefficients(
 
 
 def on_rays(theta: np.ndarray, middle: np.ndarray, direction: np.ndarray) -> np.ndarray:
-    """Trajectory (F, 3) in the basis that is nearest to rays, mm, without any length: of least norm, where several are.
+    """Return the trajectory (F, 3), mm, nearest to the rays among those in the span of the basis.
+
+    The length of the limb is not used.  If several trajectories are equally near, the one with the smallest
+    norm is returned.
 
     The linear solution of Park et al. 2010, reference 28 of park2011, which says of it what cannot be had by the
     basis alone [park2011 4].  It is as good as the rays' own motion lies outside the basis.
@@ -304,7 +320,7 @@ def on_rays(theta: np.ndarray, middle: np.ndarray, direction: np.ndarray) -> np.
 
 
 def _stacked(theta: np.ndarray, observed: np.ndarray, ridge: np.ndarray | None) -> tuple[int, np.ndarray]:
-    """Frames observed, and Theta_o above diag(sqrt(R)).
+    """Return the number of observed frames, and Theta_o stacked above diag(sqrt(R)).
 
     Raises
     ------
@@ -350,7 +366,7 @@ def _stacked(theta: np.ndarray, observed: np.ndarray, ridge: np.ndarray | None) 
 
 
 def _check_finite(values: np.ndarray, frames: np.ndarray) -> None:
-    """Raise InvalidInput for frames with values that are not finite."""
+    """Raise InvalidInput if a frame has values that are not finite."""
     wrong = ~np.isfinite(values).all(axis=1)
     if wrong.any():
         raise InvalidInput(

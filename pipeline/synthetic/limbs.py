@@ -33,7 +33,7 @@ HIP_HEIGHT = SEGMENTS["thigh"] + SEGMENTS["shank"] + SEGMENTS["ankle_height"]
 """Height of the pelvis above the floor, as a fraction of stature."""
 
 MAX_SWING_RAD = 1.5
-"""Largest swing; beyond it the inclination would reach the pole of its chart."""
+"""Largest swing of an angle; a larger one would take the inclination to the pole of its spherical coordinates."""
 
 REST_DIRECTIONS = {
     "sternum": (0.0, 0.0, 1.0),
@@ -45,21 +45,21 @@ REST_DIRECTIONS = {
     "knee": (0.0, 0.15, -1.0),
     "ankle": (0.0, -0.15, -1.0),
 }
-"""Mean direction of the right limb that ends at each joint, for a body that faces +y."""
+"""Mean direction of the right-hand limb that ends at each joint, for a body that faces +y."""
 
 SWINGS_RAD = {"sternum": 0.2, "head": 0.2, "shoulder": 0.25, "hip": 0.2}
-"""Largest swings of the angles of the trunk limbs."""
+"""Largest swing of the direction angles of the limbs of the trunk."""
 
 SWING_RAD = 0.6
-"""Largest swing of the angles of arms and legs."""
+"""Largest swing of the direction angles of the limbs of arms and legs."""
 
 WANDER_MM = 400.0
-"""Largest displacement of the pelvis in each horizontal coordinate; the vertical one is a tenth of it."""
+"""Largest horizontal displacement of the pelvis in x and in y; the vertical displacement is a tenth of it."""
 
 
 @dataclass(frozen=True)
 class AngularLimb:
-    """Limb of constant length with smooth angles.
+    """Synthetic limb of constant length whose direction angles change smoothly.
 
     Attributes
     ----------
@@ -80,7 +80,7 @@ class AngularLimb:
 
 @shortened
 class SyntheticBody:
-    """Body of WALKER14 with smoothly moving limbs.
+    """Synthetic body with the limbs of WALKER14, which move smoothly.
 
     Attributes
     ----------
@@ -100,7 +100,9 @@ class SyntheticBody:
 
 
 def smooth_series(generator: np.random.Generator, frames: int, count: int, *, bandwidth: int) -> np.ndarray:
-    """Draw series (F, count) in the span of the first K orthonormal cosines, with mean zero and maximum one.
+    """Draw random series (F, count) in the span of the first K orthonormal cosines.
+
+    Each series has mean zero and largest magnitude one.
 
     Parameters
     ----------
@@ -131,7 +133,7 @@ def angular_limb(
     bandwidth: int = 3,
     middle: np.ndarray | None = None,
 ) -> AngularLimb:
-    """Draw a limb of constant length with angles in a cosine basis [park2011 3].
+    """Draw a limb of constant length whose direction angles lie in a cosine basis [park2011 3].
 
     Parameters
     ----------
@@ -178,7 +180,7 @@ def synthetic_body(
     stature_mm: float = 1700.0,
     bandwidth: int = 5,
 ) -> SyntheticBody:
-    """Draw a body of `angular_limb`s with mean proportions and a moving pelvis [park2011 3].
+    """Draw a body with mean proportions, limbs from `angular_limb` and a moving pelvis [park2011 3].
 
     Parameters
     ----------
@@ -212,7 +214,7 @@ def synthetic_body(
 
 
 def _chart(towards: np.ndarray, twist_rad: float) -> np.ndarray:
-    """Return orthonormal axes as rows, the first along `towards`, the others rotated about it."""
+    """Return three orthonormal axes as rows: the first along `towards`, the other two rotated about it."""
     size = np.linalg.norm(towards) if towards.shape == (3,) else np.nan
     if not 0.0 < size < np.inf:
         raise InvalidInput(

@@ -1,4 +1,4 @@
-"""The action model: a mean performance and the spread at each of its postures: mozerov2006 section 4.
+"""Action model: the mean performance and the standard deviation at each of its postures (mozerov2006 section 4).
 
 `learn_action` goes all the way from postures of performances to synchronized performances and the model; `learn`
 takes synchronized performances.

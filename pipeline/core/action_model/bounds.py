@@ -1,4 +1,4 @@
-"""The action model: a mean performance and the spread at each of its postures: mozerov2006 section 4.
+"""Action model: the mean performance and the standard deviation at each of its postures (mozerov2006 section 4).
 
 "Only those human postures which lie within the learnt variance boundaries from the mean performance are accepted."
 The model is learnt from synchronized performances, samples (M, P, b) of the aSpace.
@@ -18,21 +18,21 @@ from pipeline.shortened import shortened
 from pipeline.validation import InvalidInput, require_count, require_shape
 
 BOUND = 3.0
-"""Standard deviations from the mean within which a posture is accepted [section 4, figure 3d]."""
+"""Largest accepted distance of a posture from the mean, in standard deviations [section 4, figure 3d]."""
 
 FLOOR_SHARE = 0.01
-"""Smallest standard deviation over the root mean square one.
+"""Smallest standard deviation, relative to the root mean square of all standard deviations.
 
 Without it, no new posture is accepted where all performances agree to rounding.
 """
 
 _FARTHEST = 38.0
-"""Standard deviations beyond which the probability of a normal number is zero in double precision."""
+"""Number of standard deviations beyond which the normal tail probability is zero in double precision."""
 
 
 @shortened
 class ActionModel:
-    """Mean performance of an action and the standard deviation at each of its postures.
+    """Mean performance of an action, and the standard deviation at each of its postures.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class ActionModel:
 
 
 def learn(performances: np.ndarray) -> ActionModel:
-    """Mean performance and the standard deviation at each posture, divisor M - 1.
+    """Learn the mean performance and the standard deviation at each posture (divisor M - 1).
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def learn(performances: np.ndarray) -> ActionModel:
 def accepted(
     model: ActionModel, postures: np.ndarray, *, at: int | None = None, bound: float = BOUND
 ) -> np.ndarray:
-    """Return True for postures within `bound` standard deviations of the mean in every coordinate; ends included.
+    """Return True for postures at most `bound` standard deviations from the mean in every coordinate.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ def sample(
     at: int | None = None,
     bound: float = BOUND,
 ) -> np.ndarray:
-    """Random accepted postures, with independent normal coordinates truncated at the bound.
+    """Draw random postures within the bound: independent normal coordinates, truncated at the bound.
 
     Parameters
     ----------
@@ -171,7 +171,7 @@ def acceptance_left_out(
     groups: np.ndarray | None = None,
     bound: float = BOUND,
 ) -> np.ndarray:
-    """Return True for each posture that the model learnt without its performance accepts, (M, P) bool.
+    """Return a mask (M, P) of the postures that are accepted by a model learnt without their performance.
 
     Parameters
     ----------

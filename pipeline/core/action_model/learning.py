@@ -1,4 +1,4 @@
-"""Learning of an action: from postures of performances to synchronized performances and the action model.
+"""Learning of an action from postures: synchronization of the performances, then the action model.
 
 mozerov2006 sections 2 to 4 in one piece, as a tracker without one performance and the figures with all of them
 need it.  Every performance goes through the aSpace, linear normalisation, synchronization to the median sequence.
@@ -28,7 +28,7 @@ from pipeline.validation import InvalidInput
 
 @shortened
 class LearntAction:
-    """An aSpace, synchronized performances and the action model of one action.
+    """The aSpace, the synchronized performances and the action model of one action.
 
     Attributes
     ----------
@@ -73,7 +73,7 @@ def learn_action(
     start: str = "fixed",
     steps: Sequence[int] = (-1, 0, 1),
 ) -> LearntAction:
-    """The aSpace, the median sequence, synchronized performances and the action model.
+    """Learn the aSpace, the median sequence, the synchronized performances and the action model of one action.
 
     Parameters
     ----------
@@ -127,7 +127,7 @@ def learn_action(
 
 
 def mean_squared_deviation(performances: np.ndarray) -> float:
-    """Mean squared distance of a posture from the mean posture, squared aSpace units.
+    """Return the mean squared distance of a posture from the mean posture, squared aSpace units.
 
     Parameters
     ----------
@@ -140,7 +140,9 @@ def mean_squared_deviation(performances: np.ndarray) -> float:
 def by_key_frames(
     raw: Sequence[np.ndarray], *, samples: int = 100, count: int = 5
 ) -> KeyFrameSynchronization:
-    """Performances for the paper's comparison, with the same number of frames between key-frames.
+    """Synchronize the performances by key-frames, the method with which the paper compares its own.
+
+    The result has the same number of frames between key-frames in all performances.
 
     Parameters
     ----------
@@ -160,7 +162,7 @@ def by_key_frames(
 
 
 def variance_left(performances: np.ndarray) -> np.ndarray:
-    """Variance between performances at each sample, summed over dimensions (P,), divisor M - 1.
+    """Return the variance (P,) between performances at each sample, summed over dimensions (divisor M - 1).
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""A whole skeleton from one camera, from the root to the leaves: park2011 sections 2 to 5 in one piece."""
+"""Reconstruction of a skeleton's motion from one camera, limb by limb from the root (park2011 sections 2 to 5)."""
 
 from pipeline.core.articulated_trajectory.articulated import Articulated
 from pipeline.core.articulated_trajectory.limb_choice import (

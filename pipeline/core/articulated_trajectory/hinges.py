@@ -1,4 +1,4 @@
-"""Knees and elbows flex one way, which distinguishes a limb from its mirror for any activity.
+"""Knees and elbows flex in one direction only, which distinguishes a limb from its mirror image in depth.
 
 park2011 uses no such constraint; with a still camera its programme cannot tell a motion from its mirror
 (see `pipeline.core.binary_quadratic`), and a hinge is the least that anatomy adds.
@@ -25,12 +25,12 @@ from pipeline.core.articulated_trajectory.limb_tree import LimbTree
 from pipeline.core.limb_chain import Chain
 
 _MARGIN = 1e-6
-"""Relative margin of cost by which a combination of mirrors must beat another that bends equally well."""
+"""Relative cost difference by which a combination of mirrors must beat another one with equal wrong flexion."""
 
 
 @dataclass(frozen=True)
 class Hinge:
-    """A joint that flexes one way.
+    """A joint that flexes in one direction only.
 
     Attributes
     ----------
@@ -49,7 +49,10 @@ class Hinge:
     sense: float
 
     def fits(self, chain: Chain) -> bool:
-        """True if the chain has this hinge: the upper limb carries the lower one, and the axis has both joints."""
+        """Return True if the chain has this hinge.
+
+        The hinge needs the upper limb, the lower limb as its child, and both joints of the axis.
+        """
         limbs = {joint: parent for joint, parent in zip(chain.joints, chain.parents, strict=True) if parent}
         return (
             limbs.get(self.lower) == self.upper
@@ -69,7 +72,7 @@ HINGES = (
 
 
 def flexion(upper: np.ndarray, lower: np.ndarray, axis: np.ndarray, sense: float) -> np.ndarray:
-    """Flexion (F,) of a hinge, -1 to 1; negative where the joint bends the wrong way.
+    """Return the flexion (F,) of a hinge, from -1 to 1; it is negative where the joint bends in the wrong direction.
 
     Parameters
     ----------
@@ -93,7 +96,7 @@ def flexion(upper: np.ndarray, lower: np.ndarray, axis: np.ndarray, sense: float
 
 
 def wrong_share(bend: np.ndarray) -> float:
-    """Fraction of all flexion in the wrong direction, 0 to 1; 0.5 without any flexion.
+    """Return the share of flexion in the wrong direction, from 0 to 1; 0.5 if the joint never flexes.
 
     Parameters
     ----------
@@ -106,7 +109,7 @@ def wrong_share(bend: np.ndarray) -> float:
 
 
 def resolve_mirrors(hinge: Hinge, tree: LimbTree, choose: Callable[[LimbTree, str], LimbChoice]) -> LimbTree:
-    """Choose, for the two limbs at a hinge, between each limb and its mirror, so that it bends the right way.
+    """Choose between limb and mirror for the two limbs at a hinge, so that the hinge flexes in the right direction.
 
     Mirrors that cost more than `MARGIN_OF_DOUBT` times the best are out.  Of the others the combination with the
     smallest share of wrong flexion wins, and of equal ones the smoothest.

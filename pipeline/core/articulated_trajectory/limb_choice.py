@@ -1,4 +1,4 @@
-"""One limb from one camera: the smoothest trajectory that its images and its length allow.
+"""Reconstruction of one limb from one camera: the smoothest trajectory that images and limb length allow.
 
 park2011 section 3.2 for one limb whose parent's trajectory is known: rays meet the sphere about the parent
 (`articulation`), the programme chooses among the candidates (`binary_quadratic`), and the choice becomes angles in
@@ -27,12 +27,12 @@ from pipeline.shortened import shortened
 from pipeline.validation import require_range
 
 MARGIN_OF_DOUBT = MARGIN_GREEN_ABOVE
-"""Cost of a mirror, relative to the best, up to which the mirror may be the truth."""
+"""Ratio of the mirror's cost to the best cost below which the mirror may be the true motion."""
 
 
 @shortened
 class LimbChoice:
-    """Solution for one limb, with measures of its certainty.
+    """Solution for one limb, with measures of its reliability.
 
     Attributes
     ----------
@@ -60,7 +60,11 @@ class LimbChoice:
 
     @cached_property
     def relative(self) -> np.ndarray:
-        """Relative trajectory (F, 3), mm: the chosen candidates where used, imputed on the sphere elsewhere."""
+        """Trajectory (F, 3), mm, of the joint relative to its parent.
+
+        It is the chosen candidate in frames that were used, and a point imputed on the sphere in other
+        frames.
+        """
         if self.used.all() and self._turning.any():
             return self.chosen
         return np.where(
@@ -69,7 +73,10 @@ class LimbChoice:
 
     @cached_property
     def directions(self) -> np.ndarray:
-        """Unit vectors (F, 3) in the trajectory basis: where children are anchored; zeros of a limb without length."""
+        """Unit vectors (F, 3) from the parent to the joint, smoothed by the trajectory basis.
+
+        Child limbs are attached at their ends.  Zero for a limb of length zero.
+        """
         frames = len(self.used)
         if not self._turning.any():
             return np.zeros((frames, 3))
@@ -81,18 +88,20 @@ class LimbChoice:
 
     @cached_property
     def _turning(self) -> np.ndarray:
-        """Used frames (F,) bool whose candidate has a direction."""
+        """Mask (F,) of the used frames whose candidate differs from the parent, so that it has a direction."""
         sizes = np.linalg.norm(self.chosen, axis=1)
         return self.used & (sizes > 1e-9 * max(self.hits.radius, 1.0))
 
     @cached_property
     def mirror(self) -> LimbChoice:
-        """The limb with mirrored signs."""
+        """The same limb with the signs of the mirror solution."""
         return select_signs(self.hits, self.solution, self.used, self.basis, mirrored=not self.mirrored)
 
     @property
     def crossing(self) -> float:
-        """Length that the rays require over the limb's length: about 1, or less for a limb that is too long.
+        """Length that the rays require, divided by the length of the limb.
+
+        The ratio is about 1, or less for a limb that is too long.
 
         NaN of a limb without length.
         """
@@ -101,7 +110,7 @@ class LimbChoice:
 
     @property
     def undecided(self) -> bool:
-        """True if the mirror is nearly as plausible; always for parallel rays, where the margin is 1."""
+        """True if the mirror is nearly as plausible as the solution; always true for parallel rays (margin 1)."""
         return bool(self.solution.margin < MARGIN_OF_DOUBT)
 
 
@@ -116,7 +125,10 @@ def choose_limb(
     noise_px: float = 0.0,
     time_limit_s: float = 1.0,
 ) -> LimbChoice:
-    """The smoothest of the trajectories that images and length allow one limb; parameters are those of `solved`."""
+    """Return the smoothest trajectory of one limb that its images and its length allow.
+
+    The parameters are those of `solved`.
+    """
     hits, solution = solved(
         cameras, pixels, parents, length,
         basis=basis, adjust=adjust, noise_px=noise_px, time_limit_s=time_limit_s,
@@ -135,7 +147,7 @@ def solved(
     noise_px: float = 0.0,
     time_limit_s: float = 1.0,
 ) -> tuple[RayHits, BinarySolution]:
-    """Candidates of one limb, and the best signs of the search [park2011 12].
+    """Return the candidates of one limb in each frame, and the best choice between them [park2011 12].
 
     Parameters
     ----------
@@ -175,7 +187,7 @@ def solved(
 def select_signs(
     hits: RayHits, solution: BinarySolution, used: np.ndarray, basis: TrajectoryBasis, *, mirrored: bool
 ) -> LimbChoice:
-    """A limb's choice with the signs of a solution, or with those of its mirror.
+    """Return the choice for a limb with the signs of a solution, or with the signs of its mirror.
 
     Parameters
     ----------
@@ -196,7 +208,7 @@ def select_signs(
 
 
 def _tangent_within(cameras: np.ndarray, parents: np.ndarray, hits: RayHits, noise_px: float) -> float:
-    """Half chord, mm, below which noise of the image decides the sign: sqrt(2 r sigma)."""
+    """Return the half chord, mm, below which image noise decides the sign: sqrt(2 r sigma)."""
     if require_range("noise_px", noise_px, at_least=0.0, unit="px") == 0.0:
         return 0.0
     matrices = np.broadcast_to(cameras, (len(parents), 3, 4))

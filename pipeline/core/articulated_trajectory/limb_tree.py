@@ -1,4 +1,4 @@
-"""Chosen limbs of a skeleton, each anchored at the end of its parent: park2011 section 2."""
+"""Limbs that have been chosen for a skeleton, each attached to the end of its parent (park2011 section 2)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pipeline.core.limb_chain import Chain
 
 @dataclass(frozen=True)
 class LimbTree:
-    """Choices for some limbs of a chain, from the root outwards. Immutable: functions return new trees.
+    """Choices for some limbs of a chain, from the root outwards.  Immutable: methods return new trees.
 
     Attributes
     ----------
@@ -29,7 +29,9 @@ class LimbTree:
     choices: Mapping[str, LimbChoice] = field(default_factory=dict)
 
     def end(self, joint: str) -> np.ndarray:
-        """Trajectory of a joint in the basis (F, 3), mm, where its children are anchored; NaN if not chosen yet.
+        """Return the smoothed trajectory (F, 3), mm, of a joint, to which its children are attached.
+
+        NaN if no choice has been made for the joint.
 
         It is smoother than the candidates themselves.
         """
@@ -41,7 +43,7 @@ class LimbTree:
         return self.end(self.chain.ways[joint][-1]) + choice.hits.radius * choice.directions
 
     def placed(self, limb: str, choice: LimbChoice) -> LimbTree:
-        """The tree with this choice for a limb, and without its former descendants."""
+        """Return the tree with this choice for a limb, without the earlier choices for the limb's descendants."""
         unchanged = {
             name: other for name, other in self.choices.items() if limb not in (name, *self.chain.ways[name])
         }
@@ -49,7 +51,7 @@ class LimbTree:
 
     @property
     def positions(self) -> np.ndarray:
-        """Positions (F, J, 3), mm, of the chosen candidates, imputed in frames without candidates."""
+        """Joint positions (F, J, 3), mm, from the chosen candidates; imputed in frames without candidates."""
         positions = np.full((len(self.root), len(self.chain.joints), 3), np.nan)
         positions[:, self.chain.joints.index(self.chain.root)] = self.root
         for limb, choice in self.choices.items():
@@ -60,7 +62,7 @@ class LimbTree:
 
     @property
     def imputed(self) -> np.ndarray:
-        """Frames (F, J) bool in which a joint was not observed or had no candidate in front of the camera."""
+        """Mask (F, J) of joints that were not observed or have no candidate in front of the camera."""
         imputed = np.zeros((len(self.root), len(self.chain.joints)), bool)
         for limb, choice in self.choices.items():
             imputed[:, self.chain.joints.index(limb)] = ~choice.used
@@ -68,5 +70,5 @@ class LimbTree:
 
     @property
     def lengths(self) -> np.ndarray:
-        """Lengths (L,) of all limbs, as they were adjusted to the rays, mm."""
+        """Lengths (L,) of all limbs after adjustment to the rays, mm."""
         return np.array([self.choices[limb].hits.radius for limb in self.chain.limbs])

@@ -1,4 +1,4 @@
-"""Choice of the limbs to mirror, by the images once all limbs are refined together: beyond park2011 3.2.
+"""Choice between limbs and mirrors by the images, after all limbs are refined together (beyond park2011 3.2).
 
 The programme judges every limb alone, by what the trajectory basis leaves of its candidates.  Where a ray nearly
 touches the sphere, noise of the image is multiplied in them, so that with noise the mirror is often the smoother of
@@ -16,7 +16,7 @@ from pipeline.core.articulated_trajectory.limb_tree import LimbTree
 from pipeline.validation import InvalidInput
 
 MARGIN = 1e-6
-"""Relative margin of cost by which a mirror must be better, above rounding."""
+"""Relative reduction of the cost, above rounding error, that is needed to accept a mirror."""
 
 
 def better_mirrors(
@@ -24,7 +24,7 @@ def better_mirrors(
     choose: Callable[[LimbTree, str], LimbChoice],
     cost: Callable[[LimbTree], float],
 ) -> LimbTree:
-    """The tree with some limbs mirrored where that lowers the cost of the refined tree.
+    """Return the tree in which limbs are mirrored if the mirror reduces the cost of the refined tree.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def better_mirrors(
 def _chosen_anew(
     start: LimbTree, mirrored: frozenset[str], choose: Callable[[LimbTree, str], LimbChoice]
 ) -> LimbTree:
-    """Tree of all limbs, with the chosen ones mirrored."""
+    """Choose all limbs again, from the root outwards, with the limbs of a given set mirrored."""
     tree = LimbTree(start.chain, start.root)
     for limb in start.chain.limbs:
         choice = choose(tree, limb)

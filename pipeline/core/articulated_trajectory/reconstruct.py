@@ -1,4 +1,4 @@
-"""A whole skeleton from one camera, from the root to the leaves: park2011 sections 2 to 5 in one piece.
+"""Reconstruction of a skeleton's motion from one camera, limb by limb from the root (park2011 sections 2 to 5).
 
 Each limb in turn is chosen among its candidates and becomes angles in the trajectory basis (`limb_choice`); its end,
 in the basis, is then the parent of the next limb (`limb_tree`).  In the end all limbs are refined together
@@ -36,18 +36,18 @@ from pipeline.shortened import shortened
 from pipeline.validation import InvalidInput, require_range, require_shape
 
 Place = tuple[str, tuple[bool, ...]]
-"""A limb, and the mirrored limbs on the path from the root to it."""
+"""Key of a cached choice: a limb, and for each limb between the root and this limb whether it is mirrored."""
 
 COMPARING = 10
-"""Steps of the refinement that compares mirrors; more steps rarely change the comparison."""
+"""Number of refinement steps for the comparison of mirrors; more steps rarely change the outcome."""
 
 MOST_STEPS = 500
-"""Largest number of steps of the last refinement; most end after 20 to 50."""
+"""Largest number of steps of the final refinement; most refinements end after 20 to 50 steps."""
 
 
 @dataclass(frozen=True)
 class Options:
-    """Options of the reconstruction of a skeleton.
+    """Options for the reconstruction of a skeleton's motion.
 
     Attributes
     ----------
@@ -77,7 +77,7 @@ class Options:
     time_limit_s: float = 0.5
 
     def of_each_limb(self) -> Options:
-        """The options for single limbs, without the steps after all limbs have been chosen."""
+        """Return the options for the choice of single limbs, without hinges, mirrors and refinement."""
         return replace(self, use_hinges=False, try_mirrors=False, refine=False)
 
 
@@ -91,7 +91,7 @@ def reconstruct(
     chain: Chain = WALKER14,
     frame_rate_hz: float | None = None,
 ) -> Articulated:
-    """3D motion of a whole skeleton from its images, the root's trajectory and the cameras [park2011 5, 6].
+    """Reconstruct the 3D motion of a skeleton from images, the root's trajectory and the cameras [park2011 5, 6].
 
     Parameters
     ----------
@@ -136,7 +136,9 @@ def prepared(
     chain: Chain = WALKER14,
     frame_rate_hz: float | None = None,
 ) -> Reconstruction:
-    """Checked inputs of a skeleton, for reconstructions that share limb choices (`Reconstruction.under`).
+    """Check the inputs for a skeleton; the result can be reconstructed with several options.
+
+    `Reconstruction.under` changes the options and keeps the choices that still apply.
 
     Parameters and exceptions are those of `reconstruct`.
     """
@@ -177,7 +179,7 @@ def prepared(
 
 @shortened
 class Reconstruction:
-    """Inputs and options of the reconstruction of a skeleton; arrays as in `reconstruct`.
+    """Inputs and options for the reconstruction of a skeleton; the arrays are those of `reconstruct`.
 
     Attributes
     ----------
@@ -204,13 +206,13 @@ class Reconstruction:
     starts: dict[int, tuple[LimbChoice, SphericalTrajectory]] = field(default_factory=dict)
 
     def under(self, options: Options) -> Reconstruction:
-        """The same skeleton with other options; choices that do not depend on the changed options are reused."""
+        """Return the same skeleton with other options; choices that the changed options do not affect are reused."""
         if options.of_each_limb() == self.options.of_each_limb():
             return replace(self, options=options)
         return replace(self, options=options, choices={}, starts={})
 
     def with_lengths(self, lengths: np.ndarray) -> Reconstruction:
-        """The same skeleton with other lengths (L,), mm."""
+        """Return the same skeleton with other limb lengths (L,), mm."""
         if np.array_equal(lengths, self.lengths):
             return self
         return replace(self, lengths=lengths, choices={}, starts={})
@@ -225,7 +227,7 @@ class Reconstruction:
         return self.camera.matrix
 
     def whole(self) -> Articulated:
-        """The whole skeleton, with limbs chosen and refined according to the options."""
+        """Reconstruct all limbs of the skeleton, and refine them if the options say so."""
         tree = self.chosen()
         if self.options.try_mirrors:
             # What was read off the rays stays as it is, or trees would be compared that have not the same unknowns.
@@ -249,7 +251,9 @@ class Reconstruction:
         return dict(zip(self.chain.joints, distances.T, strict=True))
 
     def upside_down(self) -> dict[str, np.ndarray]:
-        """Reprojection errors of images that are turned upside down; inf without a solution.
+        """Return the reprojection errors, px, of the skeleton reconstructed from inverted images.
+
+        They are infinite if there is no solution.
 
         The images are turned over about the row at which the root's images agree best with the root.
         """
@@ -270,7 +274,7 @@ class Reconstruction:
             return {self.chain.root: np.array([np.inf])}
 
     def chosen(self) -> LimbTree:
-        """Choices for single limbs, from the root to the leaves."""
+        """Return the choices for the limbs, made one by one from the root to the leaves."""
         tree = LimbTree(self.chain, self.root)
         for limb in self.chain.limbs:
             tree = tree.placed(limb, self.choose(tree, limb))
@@ -281,7 +285,7 @@ class Reconstruction:
         return tree
 
     def choose(self, tree: LimbTree, limb: str) -> LimbChoice:
-        """The choice for a limb whose parent the tree has."""
+        """Return the choice for a limb whose parent limb is in the tree."""
         way = self.chain.ways[limb][1:]
         branch = (limb, tuple(tree.choices[joint].mirrored for joint in way))
         if np.isnan(self.lengths).any():
@@ -324,7 +328,7 @@ class Reconstruction:
             ) from None
 
     def refined(self, tree: LimbTree, max_iterations: int) -> Refinement:
-        """All limbs of a tree refined together."""
+        """Refine all limbs of a tree together."""
         names = (self.chain.root, *self.chain.limbs)
         basis = self._basis
         rows = cosine_basis(len(self.images), basis.components)
@@ -349,14 +353,14 @@ class Reconstruction:
 
     @property
     def _order(self) -> list[int]:
-        """Indices of the root and of the limbs' ends among the joints."""
+        """Indices, in the list of joints, of the root and of the end of each limb."""
         return [self.chain.joints.index(name) for name in (self.chain.root, *self.chain.limbs)]
 
     def _seen(self, limb: str) -> np.ndarray:
         return self.images[:, self.chain.joints.index(limb)]
 
     def _length(self, tree: LimbTree, limb: str) -> float:
-        """Length of a limb, mm: the given length, or the length that the rays require."""
+        """Return the length of a limb, mm: the given length, or the length that the rays require if it is NaN."""
         lengths = dict(zip(self.chain.limbs, self.lengths, strict=True))
         if not np.isnan(lengths[limb]):
             return lengths[limb]

@@ -1,4 +1,4 @@
-"""Intersection of a ray with the sphere of a limb: park2011 sections 2 and 3.2."""
+"""Intersection of image rays with the sphere on which the end of a limb lies (park2011 sections 2 and 3.2)."""
 
 from pipeline.core.articulation.hits import (
     ROBUST_QUANTILE,

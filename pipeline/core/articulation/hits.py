@@ -1,4 +1,4 @@
-"""Intersection of a ray with the sphere of a limb: park2011 sections 2 and 3.2.
+"""Intersection of image rays with the sphere on which the end of a limb lies (park2011 sections 2 and 3.2).
 
 Symbols
 -------
@@ -27,11 +27,11 @@ Adjustment = StrEnum("Adjustment", ["per_frame", "global", "robust"])
 Adjustment.__doc__ = """Treatment of a ray that misses the sphere of a limb."""
 
 ROBUST_QUANTILE = 0.95
-"""Fraction of the rays that a robustly adjusted radius reaches."""
+"""Share of the rays that reach the sphere after a robust adjustment of its radius."""
 
 
 class RayStatus(IntEnum):
-    """Status of a frame's ray and limb.
+    """Result of intersecting the ray of a frame with the sphere of the limb.
 
     TWO: two candidates in front of the camera.  TANGENT: one, as the ray touches the sphere, or misses it and the
     radius was adjusted in this frame.  FORCED: the near candidate is behind the camera, so it is the far one.
@@ -47,7 +47,7 @@ class RayStatus(IntEnum):
 
 @shortened
 class RayHits:
-    """The two candidates of every frame, ``middle + s half_chord``, relative to the parent.
+    """The two candidates ``middle + s half_chord`` in every frame, relative to the parent.
 
     Frames that are missing or dropped are NaN.
 
@@ -73,21 +73,24 @@ class RayHits:
 
     @property
     def usable(self) -> np.ndarray:
-        """Frames (F,) bool with a candidate in front of the camera."""
+        """Mask (F,) of frames with a candidate in front of the camera."""
         return self.status <= RayStatus.FORCED
 
     @property
     def far(self) -> np.ndarray:
-        """The candidates (F, 3) with s = +1, mm."""
+        """Far candidates (F, 3), s = +1, relative to the parent, mm."""
         return self.middle + self.half_chord
 
     @property
     def near(self) -> np.ndarray:
-        """The candidates (F, 3) with s = -1, mm; behind the camera where the sign is forced."""
+        """Near candidates (F, 3), s = -1, relative to the parent, mm.
+
+        They are behind the camera in frames whose sign is forced.
+        """
         return self.middle - self.half_chord
 
     def chosen(self, signs: np.ndarray) -> np.ndarray:
-        """Relative directions (F, 3) of a choice of signs (F,), mm [park2011 10, 11].
+        """Return the candidates (F, 3) that the signs (F,) select, relative to the parent, mm [park2011 10, 11].
 
         With b = (1 + s) / 2, the blocks of E are 2 u and those of F are m - u.
 
@@ -104,7 +107,7 @@ class RayHits:
         return self.middle + signs[:, None] * self.half_chord
 
     def resolved(self) -> RayHits:
-        """The candidates with forced frames fixed: their middle is the far candidate, their half chord zero.
+        """Replace both candidates by the far candidate in frames where the near one is behind the camera.
 
         Whatever signs are chosen, none of the candidates then lies behind its camera.
         """
@@ -124,7 +127,9 @@ def ray_sphere(
     *,
     adjust: Adjustment = Adjustment.per_frame,
 ) -> RayHits:
-    """Both intersections of every ray with the sphere of the limb's length about the parent [park2011 8, 9].
+    """Intersect the ray of each frame with a sphere about the parent joint [park2011 8, 9].
+
+    The radius of the sphere is the length of the limb.
 
     Parameters
     ----------
@@ -157,7 +162,7 @@ def ray_sphere(
 
 
 def on_sphere(rays: Rays, radius: float, *, adjust: Adjustment = Adjustment.per_frame) -> RayHits:
-    """Both intersections as by `ray_sphere`, for given rays, which serve several radii.
+    """Intersect given rays with a sphere, as `ray_sphere` does; the same rays can serve for several radii.
 
     Parameters
     ----------
@@ -202,7 +207,7 @@ def on_sphere(rays: Rays, radius: float, *, adjust: Adjustment = Adjustment.per_
 
 
 def _half(radius: float, distance: np.ndarray) -> np.ndarray:
-    """Half the chord (F,) that a sphere cuts from rays at a distance: 0 where they miss it.
+    """Return half the chord (F,) in which rays at a distance from the centre cross a sphere; 0 for rays that miss it.
 
     As (r - d)(r + d), not r^2 - d^2: nearly tangent rays carry the information.
     """

@@ -1,4 +1,4 @@
-"""Rays of a joint's image, relative to its parent: park2011 section 3.2.
+"""Rays through the image of a joint, relative to the parent joint (park2011 section 3.2).
 
 Symbols
 -------
@@ -29,15 +29,15 @@ import numpy as np
 from pipeline.validation import InvalidInput, require_range, require_shape
 
 _NO_CENTRE = 1e-12
-"""Sine of the angle between image plane and viewing direction below which a camera counts as parallel."""
+"""Sine of the angle between image plane and viewing direction below which a camera has no centre."""
 
 _AT_JOINT_MM = 1e-3
-"""Distance of camera and parent below which rays do not constrain the limb."""
+"""Distance between camera and parent below which rays do not constrain the limb."""
 
 
 @dataclass(frozen=True)
 class Rays:
-    """Rays of F frames, relative to the parents; NaN where an input is missing.
+    """Rays in F frames, relative to the parent joint; NaN where an input is missing.
 
     Attributes
     ----------
@@ -55,12 +55,12 @@ class Rays:
 
     @property
     def distance(self) -> np.ndarray:
-        """Distance (F,) of ray and parent, mm: the least length that the limb can have in that frame."""
+        """Distance (F,) between ray and parent, mm: the smallest limb length that is possible in each frame."""
         return np.linalg.norm(self.middle, axis=-1)
 
     @property
     def axis(self) -> np.ndarray:
-        """Unit direction (F, 3) from camera to parent; that of the ray where rays are parallel."""
+        """Unit direction (F, 3) from camera to parent, or the direction of the ray if the camera is parallel."""
         parallel = np.isinf(self.ahead)[:, None]
         towards = np.where(parallel, 1.0, self.ahead[:, None]) * self.direction
         towards = np.where(parallel, towards, towards - self.middle)
@@ -68,7 +68,7 @@ class Rays:
 
 
 def cast_rays(cameras: np.ndarray, pixels: np.ndarray, parents: np.ndarray) -> Rays:
-    """Rays of the pixels, relative to the parents [park2011 8].
+    """Return the rays through the pixels, relative to the parents [park2011 8].
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ def cast_rays(cameras: np.ndarray, pixels: np.ndarray, parents: np.ndarray) -> R
 
 
 def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Vector products (n, 3); several times as fast as numpy's for short arrays."""
+    """Return vector products (n, 3), several times as fast as NumPy's `cross` for short arrays."""
     (ax, ay, az), (bx, by, bz) = a.T, b.T
     return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=1)
 
@@ -130,7 +130,7 @@ def _by_frame(cameras: np.ndarray, pixels: np.ndarray, parents: np.ndarray) -> t
 
 
 def _determinant(M: np.ndarray, p4: np.ndarray, parallel: np.ndarray, frames: np.ndarray) -> np.ndarray:
-    """det M (n,) of the cameras of these frames.  Raises InvalidInput for cameras without rays."""
+    """Return det M (n,) of the cameras of these frames; raise InvalidInput for a camera without rays."""
     across = _cross(M[:, 0], M[:, 1])
     det = (across * M[:, 2]).sum(axis=1)
     sizes = np.linalg.norm(M, axis=2)

@@ -1,4 +1,4 @@
-"""The binary quadratic programme of a limb, from its candidates and a basis: park2011 section 3.2.
+"""The binary quadratic programme of a limb, from its candidates and a trajectory basis (park2011 section 3.2).
 
 Symbols
 -------
@@ -29,17 +29,17 @@ from pipeline.core.binary_quadratic import kernels
 from pipeline.validation import InvalidInput, require_range, require_shape
 
 TABLE = 256
-"""Largest number of frames for which the matrix A is tabulated; for more, a table is slower."""
+"""Largest number of frames for which the matrix A is stored as a table; with more frames a table is slower."""
 
 _ORTHONORMAL = 1e-12
-"""Magnitude of the entries of G below which they are rounding and the basis is hard."""
+"""Magnitude below which all entries of G are rounding errors, so that the basis counts as orthonormal."""
 
 _NORM = 1e-9
-"""Largest excess of the squared spectral norm of a basis over one."""
+"""Tolerance by which the squared spectral norm of a basis may exceed one."""
 
 
 class Programme(NamedTuple):
-    """Binary quadratic programme in the form for the kernels: checked, contiguous and read-only.
+    """Binary quadratic programme in the form that the kernels need: checked, contiguous and read-only.
 
     Attributes
     ----------
@@ -82,16 +82,16 @@ class Programme(NamedTuple):
 
     @property
     def weight(self) -> np.ndarray:
-        """Squared half chord (F,) in frames with a free sign, zero elsewhere, mm²."""
+        """Squared half chord (F,), mm², in frames with a free sign; zero in other frames."""
         return np.where(self.kind == 0, np.square(self.half_chord).sum(axis=1), 0.0)
 
     def objective(self, values: np.ndarray) -> float:
-        """Cost J of signs (F,), or of values between -1 and +1, mm² [park2011 12]."""
+        """Return the cost J, mm², of signs (F,), or of values between -1 and +1 [park2011 12]."""
         z = np.empty((3, self.basis.shape[1]))
         return kernels.cost(self, np.asarray(values, float), z)
 
     def allowance(self, objective: float) -> float:
-        """Rounding error of a cost J, or of its bound, near `objective`, mm².
+        """Return the largest rounding error, mm², of a cost J, or of its lower bound, near `objective`.
 
         Notes
         -----
@@ -101,7 +101,7 @@ class Programme(NamedTuple):
         return kernels.allowance_of(sum(self.basis.shape), self.size, objective)
 
     def with_relaxed(self, values: np.ndarray) -> np.ndarray:
-        """`values` (F,) with optimal values in the relaxed frames and unchanged values elsewhere."""
+        """Return `values` (F,) with the relaxed frames set to their optimal values."""
         best = np.array(values, float)
         relaxed = self.kind == kernels.RELAXED
         if relaxed.any():
@@ -117,7 +117,7 @@ class Programme(NamedTuple):
 def programme_of(
     basis: np.ndarray, middle: np.ndarray, half_chord: np.ndarray, *, relax_below: float = 0.0
 ) -> Programme:
-    """The programme of these candidates, with all arrays copied and checked.
+    """Return the binary quadratic programme for given candidates; all arrays are checked and copied.
 
     Parameters
     ----------

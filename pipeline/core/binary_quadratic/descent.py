@@ -1,4 +1,4 @@
-"""Good signs within milliseconds, without a certificate: park2011 section 3.2.
+"""Fast search for good signs, without proof that they are optimal (park2011 section 3.2).
 
 Symbols are those of `candidates`.  Smooth paths through the candidates are found by dynamic programming, on first and
 on second differences and on both; they and their mirrors -s are then improved by flipping single frames and windows of
@@ -13,24 +13,27 @@ from pipeline.core.binary_quadratic import kernels
 from pipeline.core.binary_quadratic.candidates import Programme
 
 DIFFERENCES = ((1.0, 0.0), (0.0, 1.0), (0.1, 1.0))
-"""Weights of squared first and second differences of the initial paths."""
+"""Weights of the squared first and second differences of the initial paths."""
 
 LONGEST = 60
-"""Frames of the longest window that is flipped; windows that reach the first or last frame may have any length."""
+"""Largest number of frames in a window that is flipped.
+
+Windows that begin at the first frame or end at the last frame may have any length.
+"""
 
 NEARLY = 1.5
-"""Ratio of J to the least J up to which a start is improved by flips of windows too."""
+"""Largest J of a start, relative to the least J of all starts, that is improved further by flips of windows."""
 
 
 def mirrored(programme: Programme, values: np.ndarray) -> np.ndarray:
-    """Mirror (F,) of signs: -s in frames with a free sign, s elsewhere."""
+    """Return the mirror (F,) of signs: -s in frames with a free sign, s in other frames."""
     return np.where(programme.kind == 0, -values, values)
 
 
 def descend(
     programme: Programme, values: np.ndarray, *, longest: int, away_from: np.ndarray | None = None
 ) -> tuple[np.ndarray, float]:
-    """Signs (F,) that no flip of a frame or window improves, and their J in mm².
+    """Return signs (F,) that no flip of a frame or window improves, and their cost J, mm².
 
     Parameters
     ----------
@@ -52,7 +55,7 @@ def descend(
 
 
 def search(programme: Programme) -> np.ndarray:
-    """The best signs (F,) from all starts.
+    """Return the best signs (F,) found from all starting points.
 
     A later start counts only if it is better by `kernels.MARGIN`, so that rounding does not choose between equals.
     """

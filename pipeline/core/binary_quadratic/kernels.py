@@ -1,4 +1,4 @@
-"""Compiled loops of the binary programme: descents, relaxation, and two searches; park2011 section 3.2.
+"""Compiled loops of the binary quadratic programme: descents, relaxation, two searches (park2011 section 3.2).
 
 All in one file, because what numba keeps on disk goes by the file of the kernel: with callees elsewhere an edited one
 would leave a stale copy in its callers.  A kernel takes the problem `p`, a `candidates.Programme`, and what it may
@@ -23,56 +23,65 @@ import numpy as np
 from pipeline.compilation import compiled_with_free_sums
 
 FORCED, RELAXED = 1, 2
-"""Kinds of frames: the sign is +1 (forced), or any value from -1 to +1 (relaxed); 0 is a free sign."""
+"""Kinds of frames: the sign is +1 (forced), or any value from -1 to +1 (relaxed); kind 0 has a free sign."""
 
 MARGIN = 1e-9
-"""Relative margin of J by which signs must be better to replace others, above rounding."""
+"""Relative reduction of J, above rounding error, that is needed to replace the best signs so far."""
 
 FEWEST_SWEEPS, MOST_SWEEPS = 2, 20
-"""Sweeps of a node of the box search: for a node that cannot be pruned any more, and for one that still may be."""
+"""Fewest and most coordinate-descent sweeps in a node of the box search.
+
+The fewest are for a node that can no longer be pruned, the most for a node that may still be pruned.
+"""
 
 EPS = float(np.finfo(float).eps)
 
 REFRESH = 8
-"""Number of boxes after which derivatives are recomputed; in between they are updated."""
+"""Number of boxes after which derivatives are recomputed; between recomputations they are updated."""
 
 LAST_SWEEPS = 2000
-"""Sweeps of the final descent, when all frames left are relaxed and no branching is possible."""
+"""Largest number of sweeps of the last descent, when only relaxed frames remain and branching is impossible."""
 
 STEP = 3
-"""Frames between starts t whose least cost S_t is computed; S_t of the next start bounds those in between."""
+"""Number of frames between start frames t for which the least cost S_t of the suffix is computed.
+
+For start frames in between, S_t of the next computed start is a lower bound.
+"""
 
 LOOSE = 1e-3
-"""Relative tolerance by which a computed S_t may lie below the least cost."""
+"""Largest relative difference by which a computed S_t may lie below the true least cost."""
 
 PATIENCE = 30_000
-"""Number of nodes after which the search for S_t is replaced by its lower bound S_(t+1)."""
+"""Number of nodes after which the search for S_t is abandoned and its lower bound S_(t+1) is used."""
 
 OVER_RELAXATION = 1.3
-"""Over-relaxation factor of coordinate descent, since neighbouring frames share coefficients."""
+"""Over-relaxation factor of coordinate descent; above 1 because neighbouring frames share coefficients."""
 
 DEPTH, STATE, TRAIL, NODES = range(4)
-"""Places in the counts of the box search."""
+"""Indices into the counters of the box search."""
 
 ENTER, LEAVE, DONE = range(3)
-"""States of the box search."""
+"""States of the box search: enter a node, leave a node, search finished."""
 
 START, LEVEL, PREPARED, ENTERED, FINISHED, TRIED = range(6)
-"""Places in the counts of the suffix search."""
+"""Indices into the counters of the suffix search."""
 
 FIRST, SEARCHED = 1, 2
-"""Stages of a prepared start: its best path followed, its tree searched; 0 is not prepared."""
+"""Stages of a prepared start frame: the best known path is evaluated (1), or the tree is searched (2).
+
+Stage 0 is a start frame that is not prepared.
+"""
 
 
 @compiled_with_free_sums
 def allowance_of(numbers, size, objective):  # type: ignore[no-untyped-def]
-    """Return `Programme.allowance` for F + K `numbers`."""
+    """Return the rounding error `Programme.allowance`; `numbers` is F + K."""
     return 8.0 * numbers * EPS * np.sqrt(max(objective, 0.0) * size) + 64.0 * EPS * size
 
 
 @compiled_with_free_sums
 def copy(numbers, into):  # type: ignore[no-untyped-def]
-    """Copy an array element by element, since an assignment of whole arrays takes seconds to compile."""
+    """Copy an array element by element, because an assignment of whole arrays takes seconds to compile."""
     for i in range(len(numbers)):
         into[i] = numbers[i]
 
@@ -97,7 +106,7 @@ def project(p, values, z):  # type: ignore[no-untyped-def]
 
 @compiled_with_free_sums
 def slope(basis, middle, half_chord, i, value, z):  # type: ignore[no-untyped-def]
-    """Half the derivative of J by the value of frame `i`, and |r|² of that frame."""
+    """Return half the derivative of J with respect to the value of frame `i`, and the frame's squared residual |r|²."""
     x = y = w = 0.0
     for k in range(basis.shape[1]):
         x += basis[i, k] * z[0, k]
@@ -111,7 +120,10 @@ def slope(basis, middle, half_chord, i, value, z):  # type: ignore[no-untyped-de
 
 @compiled_with_free_sums
 def gradient(p, values, z, half):  # type: ignore[no-untyped-def]
-    """Return J of the values with this `z`; write half the derivative by each value into `half`."""
+    """Return J of the values, whose B^T c is `z`.
+
+    Half the derivative with respect to each value is written into `half`.
+    """
     basis, excess, middle, half_chord = p.basis, p.excess, p.middle, p.half_chord
     total = 0.0
     if excess.any():
@@ -129,14 +141,17 @@ def gradient(p, values, z, half):  # type: ignore[no-untyped-def]
 
 @compiled_with_free_sums
 def cost(p, values, z):  # type: ignore[no-untyped-def]
-    """Return J of the values; write their z into `z`."""
+    """Return J of the values; z = B^T c of the values is written into `z`."""
     project(p, values, z)
     return gradient(p, values, z, np.empty(len(p.basis)))
 
 
 @compiled_with_free_sums
 def slopes(p, values, z, half):  # type: ignore[no-untyped-def]
-    """Return `gradient`, from the table if there is one, else from `z`, which is overwritten."""
+    """Return J and write the half derivatives as `gradient` does, from the table if there is one.
+
+    Without a table, `z` is computed and overwritten.
+    """
     table, pull = p.table, p.pull
     if len(table) == 0:
         project(p, values, z)
@@ -155,7 +170,10 @@ def slopes(p, values, z, half):  # type: ignore[no-untyped-def]
 
 @compiled_with_free_sums
 def move(p, i, change, z, half):  # type: ignore[no-untyped-def]
-    """Return the change of J for a change of the value of frame `i`; updates `half` or, without a table, `z`."""
+    """Return the change of J when the value of frame `i` changes; 0 without a table.
+
+    Updates `half` or, without a table, `z`.
+    """
     basis, half_chord, table = p.basis, p.half_chord, p.table
     if len(table) > 0:
         added = change * (2.0 * half[i] + change * table[i, i])
@@ -172,7 +190,7 @@ def move(p, i, change, z, half):  # type: ignore[no-untyped-def]
 
 @compiled_with_free_sums
 def curvature(basis, half_chord):  # type: ignore[no-untyped-def]
-    """Half the second derivative of J by each value, (F,): |u|² (1 - |B_i|²)."""
+    """Return half the second derivative (F,) of J with respect to each value: |u|² (1 - |B_i|²)."""
     bent = np.empty(len(basis))
     for i in range(len(basis)):
         leverage = 0.0
@@ -185,7 +203,9 @@ def curvature(basis, half_chord):  # type: ignore[no-untyped-def]
 
 @compiled_with_free_sums
 def relax(p, held, point, known, cutoff, sweeps_allowed, allowance, trail, length):  # type: ignore[no-untyped-def]
-    """Return the approximate minimum of J over a box: (lower bound over the box, J, sweeps, frames on the trail).
+    """Minimise J approximately over a box; return (lower bound, J, number of sweeps, number of frames on the trail).
+
+    The trail lists the frames whose sign has been fixed because of a bound.
 
     Frames whose `held` is 0 range over -1 … +1, the others stay.  Coordinate descent from the values of `point`, which
     is (values, z, half) and is overwritten; `known` is J of the values, or NaN where it and half are to be computed.
@@ -249,7 +269,9 @@ def relax(p, held, point, known, cutoff, sweeps_allowed, allowance, trail, lengt
 
 @compiled_with_free_sums
 def smooth_path(p, first, second):  # type: ignore[no-untyped-def]
-    """Signs (F,) of the smoothest path, by weighted first and second differences; of equals the far candidate, +1.
+    """Return the signs (F,) of the path with the least weighted squared first and second differences.
+
+    If two paths are equal, the one with the far candidate (+1) is taken.
 
     Viterbi's algorithm over pairs of signs.
     """
@@ -300,7 +322,9 @@ def smooth_path(p, first, second):  # type: ignore[no-untyped-def]
 
 @compiled_with_free_sums
 def descend(p, values, longest, other, weight, bounded, allowance):  # type: ignore[no-untyped-def]
-    """Flip the best window from each first frame in turn until no flip improves J; return J.
+    """Flip windows of signs until no flip reduces J; return J.
+
+    Each first frame is tried in turn, with the best window that begins there.
 
     Where it is `bounded`, the values may not come nearer to the `other` ones than half of the weights (F,).
     """
@@ -395,13 +419,15 @@ def descend(p, values, longest, other, weight, bounded, allowance):  # type: ign
 
 @compiled_with_free_sums
 def better(frames_and_components, size, first, second):  # type: ignore[no-untyped-def]
-    """Return True if the second J is less than the first by more than the margin."""
+    """Return True if the second J is smaller than the first J by more than the margin and the rounding error."""
     return second < first - MARGIN * abs(first) - allowance_of(frames_and_components, size, first)
 
 
 @compiled_with_free_sums
 def first_signs(p, weight, differences, longest, nearly, size):  # type: ignore[no-untyped-def]
-    """Signs (F,) from all starts, and their J: smooth paths by these `differences` (D, 2), their mirrors, descended.
+    """Return the best signs (F,) found by descents from all starts, and their J.
+
+    The starts are the smooth paths for the weights `differences` (D, 2), and their mirrors.
 
     Starts whose J, after flips of single frames, is up to `nearly` times the least are improved by windows of up to
     `longest` frames too; of what is found, and its mirror, the best.
@@ -449,7 +475,10 @@ def first_signs(p, weight, differences, longest, nearly, size):  # type: ignore[
 
 @compiled_with_free_sums
 def may_gain(p, values, trial, half, wanted):  # type: ignore[no-untyped-def]
-    """Return True if J of `trial` less J of `values` (with its `half`) may be below the target."""
+    """Return True if J of `trial` minus J of `values` may be below the limit `wanted`.
+
+    `half` belongs to `values`.  Without a table the answer is always True.
+    """
     table = p.table
     if len(table) == 0:
         return True
@@ -466,7 +495,7 @@ def may_gain(p, values, trial, half, wanted):  # type: ignore[no-untyped-def]
 
 @compiled_with_free_sums
 def search_boxes(p, tree, best, found, gap, allowance, budget):  # type: ignore[no-untyped-def]
-    """Continue a `searches.BoxTree` for about `budget` sweeps; better signs go into `best` and `found`."""
+    """Continue a `searches.BoxTree` for about `budget` sweeps; better signs are written into `best` and `found`."""
     fixed, values, z, half, trail, levels, bounds, counts = (
         tree.fixed, tree.values, tree.z, tree.half, tree.trail, tree.levels, tree.bounds, tree.counts,
     )  # fmt: skip
@@ -560,7 +589,7 @@ def search_boxes(p, tree, best, found, gap, allowance, budget):  # type: ignore[
 
 @compiled_with_free_sums
 def prepare(rows, kind, kappa, start, gains, worth, links):  # type: ignore[no-untyped-def]
-    """Compute the gains of recursive least squares from frame `start` on, which do not depend on the signs.
+    """Compute the gains of recursive least squares for the frames from `start` on; they do not depend on the signs.
 
     A relaxed frame is left out, by a gain of zero and a worth of zero: it could only add.
     """
@@ -601,7 +630,7 @@ def prepare(rows, kind, kappa, start, gains, worth, links):  # type: ignore[no-u
 
 @compiled_with_free_sums
 def search_suffixes(p, tree, best, found, gap, allowance, budget):  # type: ignore[no-untyped-def]
-    """Continue a `searches.SuffixTree` for about `budget` nodes; better signs go into `best` and `found`."""
+    """Continue a `searches.SuffixTree` for about `budget` nodes; better signs are written into `best` and `found`."""
     rows, gains, worth, links, state, ahead, predicted, off, spent, signs, rest, ends, counts = (
         tree.rows, tree.gains, tree.worth, tree.links, tree.state, tree.ahead, tree.predicted, tree.off,
         tree.spent, tree.signs, tree.rest, tree.ends, tree.counts,
@@ -719,7 +748,7 @@ def search_suffixes(p, tree, best, found, gap, allowance, budget):  # type: igno
 
 @compiled_with_free_sums
 def enter_leaf(p, signs, leaf, parent_bound, best, found, gap, allowance, ends):  # type: ignore[no-untyped-def]
-    """Return J after all signs are chosen, with optimal values in the relaxed frames.
+    """Return J when all signs are chosen and the relaxed frames have their optimal values.
 
     `leaf` holds what is held, the values, half the derivatives by them and a trail, of the leaf before where its J is
     `known` and not NaN.

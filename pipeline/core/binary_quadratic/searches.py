@@ -1,4 +1,4 @@
-"""Two searches that prove signs optimal or improve them, within any budget of work: park2011 section 3.2.
+"""Two searches that prove signs optimal or improve them, within a given amount of work (park2011 section 3.2).
 
 Symbols are those of `candidates`.
 
@@ -31,11 +31,11 @@ from pipeline.core.binary_quadratic import kernels
 from pipeline.core.binary_quadratic.candidates import Programme
 
 TAMED = 0.01
-"""Fraction of the best J by which the bound is loosened to exclude wild coefficients."""
+"""Share of the best J by which the lower bound is weakened in order to exclude very large coefficients."""
 
 
 class BoxTree(NamedTuple):
-    """State of a search over boxes.
+    """State of the branch and bound over boxes.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class BoxTree(NamedTuple):
 
 
 class BoxSearch:
-    """A branch and bound over boxes.
+    """Branch and bound over boxes: some signs are fixed, the others range from -1 to +1.
 
     Parameters
     ----------
@@ -87,16 +87,16 @@ class BoxSearch:
 
     @property
     def finished(self) -> bool:
-        """True if all signs but the solution have been ruled out."""
+        """True if the search has ruled out all signs other than the best ones."""
         return bool(self._tree.counts[kernels.STATE] == kernels.DONE)
 
     @property
     def nodes(self) -> int:
-        """Boxes bounded so far."""
+        """Number of boxes for which a bound has been computed."""
         return int(self._tree.counts[kernels.NODES])
 
     def lower_bound(self) -> float:
-        """Lower bound of J over all open nodes; inf without open nodes."""
+        """Return the lower bound of J over all nodes still open, mm²; infinite if none is open."""
         counts, bounds = self._tree.counts, self._tree.bounds
         depth, entering = int(counts[kernels.DEPTH]), counts[kernels.STATE] == kernels.ENTER
         if entering and depth == 0:
@@ -108,7 +108,7 @@ class BoxSearch:
         return min(bounds[-1], bounds[:depth][untried].min(initial=np.inf))
 
     def run(self, best: np.ndarray, values: np.ndarray, gap: float, allowance: float, work: int) -> None:
-        """Continue for about `work` sweeps; better signs go into `best` and `values`.
+        """Continue the search for about `work` sweeps; better signs are written into `best` and `values`.
 
         Parameters
         ----------
@@ -127,7 +127,7 @@ class BoxSearch:
 
 
 class SuffixTree(NamedTuple):
-    """State of a search over suffixes.
+    """State of the depth-first search in time over suffixes (the frames from t to the last one).
 
     Attributes
     ----------
@@ -176,7 +176,7 @@ class SuffixTree(NamedTuple):
 
 
 class SuffixSearch:
-    """Depth-first search in time.
+    """Depth-first search over the signs in order of time, with lower bounds on the cost of the remaining frames.
 
     Parameters
     ----------
@@ -210,22 +210,22 @@ class SuffixSearch:
 
     @property
     def finished(self) -> bool:
-        """True if all signs but the solution have been ruled out."""
+        """True if the search has ruled out all signs other than the best ones."""
         return bool(self._tree.counts[kernels.FINISHED])
 
     @property
     def nodes(self) -> int:
-        """Frames entered so far."""
+        """Number of nodes (a frame with a sign) that have been entered."""
         return int(self._tree.counts[kernels.ENTERED])
 
     def lower_bound(self) -> float:
-        """Lower bound of J over all open nodes."""
+        """Return the lower bound of J over all nodes still open, mm²."""
         if self.finished:
             return self._tree.ends[1]
         return min(self._tree.rest[self._tree.counts[kernels.START] + 1], self._tree.ends[1])
 
     def run(self, best: np.ndarray, values: np.ndarray, gap: float, allowance: float, work: int) -> None:
-        """Continue as `BoxSearch.run` does, with `work` in nodes."""
+        """Continue the search as `BoxSearch.run` does; `work` is a number of nodes."""
         kernels.search_suffixes(self._programme, self._tree, best, values, gap, allowance, work)
 
 
@@ -233,7 +233,7 @@ Search: TypeAlias = BoxSearch | SuffixSearch
 
 
 def _shares(excess: np.ndarray, frames: int) -> np.ndarray:
-    """Rows C (F, K) with ``C^T C`` at most G: the scaled eigenvectors of G in cyclic order."""
+    """Return rows C (F, K) with ``C^T C`` at most G: the scaled eigenvectors of G, repeated in cyclic order."""
     components = len(excess)
     values, vectors = np.linalg.eigh(excess)
     # Rounding may have put the eigenvalues this much too high.

@@ -1,4 +1,4 @@
-"""Choice between two candidates in each frame: the binary quadratic programme of park2011 section 3.2.
+"""Choice between two candidates in each frame: the binary quadratic programme (park2011 section 3.2).
 
 Symbols are those of `candidates`: candidates ``c_i = m_i + s_i u_i``, and ``J(s) = ||c||² - ||B^T c||²`` over
 signs s.  [park2011 10] has b in {0, 1} where this has ``s = 2 b - 1``, and [park2011 12] is J for orthonormal B.
@@ -21,15 +21,15 @@ from pipeline.shortened import shortened
 from pipeline.validation import require_range
 
 _WORK = 400_000
-"""Work of a search in one turn, in sweeps times frames times components: about two milliseconds."""
+"""Work of a search in one turn (sweeps times frames times components), about two milliseconds."""
 
 OPERATIONS_PER_S = 300_000_000
-"""Operations that count as one second of a time limit: about the work of one core of the year 2024."""
+"""Operations that count as one second of a time limit: about what one core of 2024 does in a second."""
 
 
 @shortened
 class BinarySolution:
-    """Signs with their cost and a lower bound of the cost of any signs.
+    """Signs with their cost, and a lower bound of the cost of all signs.
 
     Attributes
     ----------
@@ -78,7 +78,9 @@ def minimise(
     time_limit_s: float = 1.0,
     relax_below: float = 0.0,
 ) -> BinarySolution:
-    """The signs of least J(s) = ||c||² - ||B^T c||², c = m + s u, with a bound [park2011 10, 11, 12].
+    """Return the signs s that minimise J(s) = ||c||² - ||B^T c||², c = m + s u [park2011 10, 11, 12].
+
+    A lower bound of J over all signs is returned too.
 
     Parameters
     ----------
@@ -145,7 +147,7 @@ def minimise(
 def _solution(
     programme: Programme, values: np.ndarray, bound: float, gap: float, boxes: int, steps: int
 ) -> BinarySolution:
-    """Return the solution with its mirror and their comparison."""
+    """Return the solution with its mirror and a comparison of both."""
     objective = programme.objective(values)
     other, other_objective = values, np.inf
     rounding = programme.allowance(objective)
@@ -176,12 +178,15 @@ def _solution(
 
 
 def _signs(values: np.ndarray) -> np.ndarray:
-    """Signs (F,) nearest to the values: -1 or +1."""
+    """Return the signs (F,), -1 or +1, nearest to the values."""
     return np.where(values < 0, -1, 1)
 
 
 def _margin(other: float, here: float, rounding: float) -> float:
-    """Ratio of the greater cost to the lesser: 1 if both are rounding, inf if only the lesser is zero."""
+    """Return the ratio of the greater cost to the lesser.
+
+    1 if both are rounding errors, infinite if only the lesser is zero.
+    """
     if other <= rounding:
         return 1.0
     return other / here if here > 0 else np.inf

@@ -1,4 +1,4 @@
-"""Fundamental frequency of a walk, by harmonic regression with the least residual (zhang2007 section 3.1).
+"""Fundamental frequency of a walk, by the harmonic regression with the smallest residual (zhang2007 section 3.1).
 
 Variable projection: at any frequency the best postures follow by linear regression, so only the frequency is
 searched.  Why not an FFT: clips are not whole numbers of cycles.
@@ -16,11 +16,11 @@ from pipeline.skeleton import LEFT_LEG, RIGHT_LEG
 from pipeline.validation import InvalidInput
 
 SEARCH_HZ = (0.4, 1.6)
-"""Range of stride frequencies of human walking in which the fundamental is searched, Hz."""
+"""Range of human stride frequencies in which the fundamental frequency is searched, Hz."""
 
 
 def design(frequency_hz: float | np.ndarray, times_s: np.ndarray, harmonics: int) -> np.ndarray:
-    """Columns 1, sin wt, cos wt, sin 2wt, cos 2wt, … of [zhang2007 3.1]; (T, 1 + 2H).
+    """Return the regressors 1, sin wt, cos wt, sin 2wt, cos 2wt, … as columns (T, 1 + 2H) [zhang2007 3.1].
 
     Frequencies (C, 1) give (C, T, 1 + 2H).
     """
@@ -28,7 +28,7 @@ def design(frequency_hz: float | np.ndarray, times_s: np.ndarray, harmonics: int
 
 
 def waves(angle: np.ndarray, harmonics: int) -> np.ndarray:
-    """Rows (…, 1 + 2H, T) of 1, sin, cos, sin 2, cos 2, … at phases (…, T)."""
+    """Return 1, sin, cos, sin 2, cos 2, … of phases (…, T) as rows (…, 1 + 2H, T)."""
     rows = np.empty((*angle.shape[:-1], 1 + 2 * harmonics, angle.shape[-1]))
     rows[..., 0, :] = 1.0
     sine, cosine = np.sin(angle), np.cos(angle)
@@ -41,7 +41,7 @@ def waves(angle: np.ndarray, harmonics: int) -> np.ndarray:
 
 
 def cycle_basis(phase_rad: np.ndarray, blocks: int) -> np.ndarray:
-    """Values (…, B) of 1, sin, cos, sin 2, cos 2, … at phases (…)."""
+    """Return 1, sin, cos, sin 2, cos 2, … of phases (…), as an array (…, B)."""
     angle = np.asarray(phase_rad)[..., None] * np.arange(1, blocks // 2 + 1)
     basis = np.ones((*angle.shape[:-1], blocks))
     basis[..., 1::2], basis[..., 2::2] = np.sin(angle), np.cos(angle)
@@ -49,7 +49,7 @@ def cycle_basis(phase_rad: np.ndarray, blocks: int) -> np.ndarray:
 
 
 def cycle_slope(phase_rad: np.ndarray, blocks: int) -> np.ndarray:
-    """Derivatives (…, B) of `cycle_basis` with respect to the phase."""
+    """Return the derivatives (…, B) of `cycle_basis` with respect to the phase."""
     order = np.arange(1, blocks // 2 + 1)
     angle = np.asarray(phase_rad)[..., None] * order
     slope = np.zeros((*angle.shape[:-1], blocks))
@@ -58,12 +58,12 @@ def cycle_slope(phase_rad: np.ndarray, blocks: int) -> np.ndarray:
 
 
 def equal_phases(count: int) -> np.ndarray:
-    """Phases (K,) that divide the cycle equally, radians, the first 0."""
+    """Return K equally spaced phases of a cycle, radians, starting at 0."""
     return 2.0 * np.pi * np.arange(count) / count
 
 
 def single_frequency_power(frequencies_hz: np.ndarray, times_s: np.ndarray, signal: np.ndarray) -> np.ndarray:
-    """Sum of squares that a constant and one sinusoid of each frequency explain in (T,) `signal`; (C,).
+    """Return the sum of squares (C,) of `signal` (T,) that a constant and one sinusoid of each frequency explain.
 
     `times_s` (T,) are equally spaced.
     """
@@ -80,7 +80,9 @@ def single_frequency_power(frequencies_hz: np.ndarray, times_s: np.ndarray, sign
 
 
 def _transform(frequencies_hz: np.ndarray, step_s: float, signal: np.ndarray) -> np.ndarray:
-    """Sum of signal times exp(i w t) over equally spaced t from zero, complex (C,).
+    """Return the Fourier sum of a signal, the sum of signal times exp(i w t), at C frequencies, complex (C,).
+
+    The times t are equally spaced and start at zero.
 
     exp(i w (a + b)) = exp(i w a) exp(i w b): of T exponentials only some 2 sqrt(T) are worked out.
     """
@@ -93,19 +95,19 @@ def _transform(frequencies_hz: np.ndarray, step_s: float, signal: np.ndarray) ->
 
 @lru_cache(maxsize=4)  # clips of a data set often have the same length and rate
 def _exponentials(frequencies_hz: bytes, step_s: float, block: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return exp(i w a) and exp(i w b) for the times a within a block and b of whole blocks, complex (C, block)."""
+    """Return exp(i w a) for times a within a block and exp(i w b) for starts b of blocks, complex (C, block)."""
     turn = 2j * np.pi * step_s * np.frombuffer(frequencies_hz)[:, None] * np.arange(block)
     return np.exp(turn), np.exp(block * turn)
 
 
 def _of_ones(frequencies_hz: np.ndarray, step_s: float, frames: int) -> np.ndarray:
-    """Return `_transform` of a constant signal of one: a geometric series."""
+    """Return `_transform` of a constant signal of ones, which is a geometric series."""
     half = np.pi * step_s * frequencies_hz
     return np.exp(1j * (frames - 1) * half) * np.sin(frames * half) / np.sin(half)
 
 
 def fundamental_frequency(positions: np.ndarray, frame_rate_hz: float, *, harmonics: int = 2) -> float:
-    """Fundamental frequency in Hz, whose harmonic regression has the least residual.
+    """Return the fundamental frequency, Hz, for which harmonic regression has the smallest residual.
 
     Parameters
     ----------
@@ -170,7 +172,7 @@ def fundamental_frequency(positions: np.ndarray, frame_rate_hz: float, *, harmon
 
 
 def require_rate(frame_rate_hz: float, frequency_hz: float, harmonics: int) -> None:
-    """Require more than two frames per period of the fastest harmonic.
+    """Require more than two frames in a period of the highest harmonic.
 
     Raises
     ------

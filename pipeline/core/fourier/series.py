@@ -28,7 +28,7 @@ from pipeline.validation import InvalidInput, require_count, require_range, requ
 
 @shortened
 class FourierRepresentation:
-    """One walk as a Fourier series with its phase removed.
+    """Fourier series of one walk, shifted in time so that it starts at phase zero.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ def represent(
     harmonics: int = 2,
     frequency_hz: float | None = None,
 ) -> FourierRepresentation:
-    """Fourier representation of one walk at phase zero [zhang2007 3.1] [zhang2007 3.2] [zhang2004 1] [zhang2004 2].
+    """Fit the Fourier series of one walk at phase zero [zhang2007 3.1] [zhang2007 3.2] [zhang2004 1] [zhang2004 2].
 
     Parameters
     ----------
@@ -134,13 +134,13 @@ def represent(
 
 
 def _products(motion: np.ndarray) -> np.ndarray:
-    """Second moments (J, S, S) of each joint's motion, summed over the clip."""
+    """Return the second moments (J, S, S) of each joint's motion, summed over the clip."""
     by_joint = motion.swapaxes(0, 1)
     return by_joint.swapaxes(1, 2) @ by_joint
 
 
 def synthesise(coefficients: np.ndarray, frequency_hz: float, times_s: np.ndarray) -> np.ndarray:
-    """Motion (T, J, S) of a Fourier representation at the given times [zhang2007 3.1] [zhang2004 1].
+    """Return the motion (T, J, S) of a Fourier representation at the given times [zhang2007 3.1] [zhang2004 1].
 
     Examples
     --------
@@ -154,7 +154,7 @@ def synthesise(coefficients: np.ndarray, frequency_hz: float, times_s: np.ndarra
 
 
 def shift(coefficients: np.ndarray, phase_rad: float | np.ndarray) -> np.ndarray:
-    """Coefficients of the same motion with its phase moved by `phase_rad` to zero.
+    """Return the coefficients of the same motion shifted in time, so that phase `phase_rad` becomes zero.
 
     A time shift by phi rotates (p_h, q_h) by h phi.  `coefficients` is (…, 1 + 2H, J, S); `phase_rad`
     broadcasts against the leading axes.
@@ -176,7 +176,9 @@ def shift(coefficients: np.ndarray, phase_rad: float | np.ndarray) -> np.ndarray
 
 
 def mirrored(coefficients: np.ndarray) -> np.ndarray:
-    """The walker's mirror image: left and right exchanged, shifted by half a cycle so that phase zero stays.
+    """Return the mirror image of a walker: left and right exchanged, and shifted by half a cycle.
+
+    The shift keeps phase zero where it was.
 
     `coefficients` is (…, 1 + 2H, 15, 3).  Applied twice it gives the walker back.
     """

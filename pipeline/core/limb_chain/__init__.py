@@ -1,4 +1,4 @@
-"""A tree of limbs, from the root to the leaves: park2011 sections 2 and 3.1."""
+"""A skeleton as a tree of limbs, from the root to the leaves (park2011 sections 2 and 3.1)."""
 
 from pipeline.core.limb_chain.chain import (
     WALKER14,

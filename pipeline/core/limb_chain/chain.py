@@ -1,4 +1,4 @@
-"""A tree of limbs, from the root to the leaves: park2011 sections 2 and 3.1.
+"""A skeleton as a tree of limbs, from the root to the leaves (park2011 sections 2 and 3.1).
 
 Symbols
 -------
@@ -23,7 +23,7 @@ from pipeline.validation import InvalidInput, require_choice, require_shape
 
 @dataclass(frozen=True)
 class Chain:
-    """Joints and the parent of each joint. One joint, the root, has no parent.
+    """Joints of a skeleton with the parent of each joint; the root is the only joint without a parent.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class Chain:
 
     @cached_property
     def limbs(self) -> tuple[str, ...]:
-        """Names of the L = J - 1 limbs, which are the names of their child joints, from the root to the leaves."""
+        """Names of the L = J - 1 limbs, from the root to the leaves; a limb is named after its child joint."""
         order: list[str] = []
         level: set[str | None] = {None}
         while level:
@@ -61,12 +61,12 @@ class Chain:
 
     @cached_property
     def ends(self) -> np.ndarray:
-        """Indices (L, 2) of each limb's parent and child joint."""
+        """Indices (L, 2) of the parent joint and the child joint of each limb."""
         pairs = [[self.joints.index(joint) for joint in (self.held_by(limb), limb)] for limb in self.limbs]
         return np.array(pairs, int).reshape(-1, 2)
 
     def held_by(self, limb: str) -> str:
-        """Name of the joint at which a limb begins.
+        """Return the name of the joint at which a limb begins.
 
         Raises
         ------
@@ -78,7 +78,7 @@ class Chain:
 
     @cached_property
     def ways(self) -> dict[str, tuple[str, ...]]:
-        """Joints from the root to the parent of each limb."""
+        """Names of the joints on the path from the root to the parent of each limb."""
         ways: dict[str, tuple[str, ...]] = {}
         for limb in self.limbs:
             holder = self.held_by(limb)
@@ -87,7 +87,7 @@ class Chain:
 
 
 def chain_of(skeleton: Skeleton) -> Chain:
-    """The chain of a skeleton's bones."""
+    """Return the chain that consists of a skeleton's bones."""
     parents = (None if p < 0 else skeleton.joints[p] for p in skeleton.parents)
     return Chain(skeleton.joints, tuple(parents))
 
@@ -97,7 +97,7 @@ WALKER14 = chain_of(WALKER15)
 
 
 def relative_trajectories(chain: Chain, positions: np.ndarray) -> np.ndarray:
-    """Relative trajectories (F, L, 3) of the limbs, mm [park2011 1, 3].
+    """Return the trajectories (F, L, 3), mm, of the end of each limb relative to its start [park2011 1, 3].
 
     The series of x, y and z [park2011 1] are the last axis; their squares sum to r^2 where a limb keeps its length.
 
@@ -118,7 +118,7 @@ def relative_trajectories(chain: Chain, positions: np.ndarray) -> np.ndarray:
 
 
 def forward(chain: Chain, root: np.ndarray, relative: np.ndarray) -> np.ndarray:
-    """Positions (F, J, 3) of all joints from the root's and all relative trajectories, mm [park2011 6].
+    """Return all joint positions (F, J, 3), mm, from the root and the relative trajectories of all limbs [park2011 6].
 
     Printed, the arguments of f end at limb j - 1; joint j is reached by the limbs up to its own.
 
@@ -145,7 +145,7 @@ def forward(chain: Chain, root: np.ndarray, relative: np.ndarray) -> np.ndarray:
 
 
 def true_lengths(chain: Chain, positions: np.ndarray) -> np.ndarray:
-    """Lengths (L,) of the limbs, mm, averaged over the frames with both joints [park2011 3].
+    """Return the limb lengths (L,), mm, averaged over the frames in which both joints are known [park2011 3].
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Estimated lengths of limbs: from published proportions, or from the rays themselves.
+"""Estimation of limb lengths from published body proportions, or from the rays of the images.
 
 park2011 section 3.1 takes the lengths r_j for given.  Proportions need one size of the person; the rays need nothing:
 a limb that some time lies across its ray shows its whole length there.
@@ -20,11 +20,14 @@ from pipeline.core.limb_chain.chain import Chain
 from pipeline.validation import InvalidInput, require_choice, require_range
 
 FORGIVING = 0.95
-"""Fraction of frames whose rays an unknown length must reach, below one since noise moves the farthest rays."""
+"""Share of the frames whose rays an estimated limb length must reach.
+
+It is below one, because noise moves the farthest rays outwards.
+"""
 
 
 def _mean_share(sizes: dict[bool, tuple[float, float]]) -> float:
-    """Breadth over stature, mean of women and men."""
+    """Return the ratio of a body breadth to stature, averaged over women and men."""
     return float(np.mean([sizes[male][0] / body.STATURE_MM[male][0] for male in (False, True)]))
 
 
@@ -42,14 +45,14 @@ LENGTH_RATIOS = {
     "knee": body.SEGMENTS["thigh"],
     "ankle": body.SEGMENTS["shank"],
 }
-"""Length over stature of the limb that ends at a joint, equal on both sides.
+"""Length, relative to stature, of the limb that ends at each joint; left and right are equal.
 
 Grades and sources are those of `pipeline.core.anthropometry`; breadths are means of women and men.
 """
 
 
 def anthropometric_lengths(chain: Chain, *, of: str = "stature", size_mm: float) -> np.ndarray:
-    """Lengths (L,) of the limbs of a person of ordinary proportions, mm.
+    """Return the limb lengths (L,), mm, of a person with average proportions.
 
     Parameters
     ----------
@@ -75,7 +78,7 @@ def anthropometric_lengths(chain: Chain, *, of: str = "stature", size_mm: float)
 def demanded_length(
     cameras: np.ndarray, pixels: np.ndarray, parents: np.ndarray, *, quantile: float = 1.0
 ) -> float:
-    """Smallest length of a limb, mm, that the rays of this share of the frames reach.
+    """Return the smallest length of a limb, mm, that reaches the rays of a given share of the frames.
 
     A limb that somewhere lies across the ray is no longer; one that never does is underestimated.
 
@@ -106,7 +109,7 @@ def demanded_length(
 def length_from_rays(
     cameras: np.ndarray, images: Mapping[str, np.ndarray], parents: Mapping[str, np.ndarray], limb: str
 ) -> float:
-    """Length of a limb, mm, that its rays and the rays of the same limb on the other side require.
+    """Return the length of a limb, mm, that its rays and those of the same limb on the other side require.
 
     Parameters
     ----------
@@ -138,12 +141,12 @@ def length_from_rays(
 
 
 def _seen_together(image: np.ndarray, parent: np.ndarray) -> bool:
-    """Return True if a limb's end and its parent are both known in some frame."""
+    """Return True if the end of a limb and its parent joint are both known in at least one frame."""
     return bool((np.isfinite(image).all(axis=1) & np.isfinite(parent).all(axis=1)).any())
 
 
 def _other_side(name: str) -> str:
-    """Name of the same limb on the other side; None for a limb in the middle."""
+    """Return the name of the same limb on the other side, or an empty string for a limb without a side."""
     for side, other in (("left_", "right_"), ("right_", "left_")):
         if name.startswith(side):
             return other + name.removeprefix(side)

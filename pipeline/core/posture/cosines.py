@@ -1,4 +1,4 @@
-"""Postures by direction cosines: 37 numbers, and the joints that they stand for: mozerov2006 section 2.
+"""Postures as 37 numbers: pelvis height and direction cosines of twelve limbs (mozerov2006 section 2).
 
 Symbols
 -------
@@ -26,12 +26,12 @@ FRAMES = ("parent", "hip")
 HEADINGS = ("first", "every", "none")
 
 FLOOR_PERCENTILE = 5.0
-"""Percentile of the lower ankle's height over a clip that defines the floor, robust to a few frames."""
+"""Percentile, over a clip, of the lower ankle's height that defines the floor; robust to a few wrong frames."""
 
 _STARTS, _ENDS = np.transpose(POSTURE12.ends)
 _STERNUM = WALKER15.index("sternum")
 _OVER = {**dict(zip(LEGS, THIGHS, strict=True)), **dict(zip(FOREARMS, ARMS, strict=True))}
-"""Parent limb of each lower limb: thigh of each leg, arm of each forearm."""
+"""Index of the parent limb of each lower limb: the thigh for a leg, the arm for a forearm."""
 
 _LIMB_ENDS = np.array(POSTURE12.ends)
 _LIMB_OVER = np.array([_OVER.get(limb, -1) for limb in range(len(POSTURE12.limbs))])
@@ -40,7 +40,7 @@ _TREES = {
     frame: (PELVIS, _STERNUM, _LIMB_ENDS, _LIMB_OVER, _LIMB_REST, frame == "parent", frames.LEAST_SINE)
     for frame in FRAMES
 }
-"""Arrays that describe the tree of limbs, for `kernels`."""
+"""Description of the limb tree for `kernels.place_joints`, one for each frame of reference of the cosines."""
 
 _UNDEFINED = {
     kernels.NO_STANCE: frames.HIP_UPRIGHT,
@@ -52,7 +52,7 @@ _UNDEFINED = {
 
 @dataclass(frozen=True)
 class LimbLengths:
-    """Sizes of a body, which a posture does not contain.
+    """Limb lengths and offsets of a body, which a posture does not contain.
 
     Attributes
     ----------
@@ -70,12 +70,12 @@ class LimbLengths:
 
     @property
     def leg_length_mm(self) -> float:
-        """Thigh and leg together, mean of the sides."""
+        """Length of thigh and leg together, mean of left and right, mm."""
         return self.limbs_mm[[*THIGHS, *LEGS]].sum() / 2.0
 
     @cached_property
     def sizes(self) -> tuple[float, tuple[np.ndarray, ...]]:
-        """Leg length and all others as arrays of floats, for `kernels`."""
+        """Leg length, mm, and all other sizes as arrays of floats, for `kernels`."""
         parts = (self.limbs_mm, self.pelvis_mm, self.shoulders_mm)
         return self.leg_length_mm, tuple(np.ascontiguousarray(part, float) for part in parts)
 
@@ -87,7 +87,7 @@ def postures(
     heading: str = "first",
     floor_mm: float | None = None,
 ) -> np.ndarray:
-    """Postures (T, 37) of a performance: pelvis height, direction cosines of twelve limbs [mozerov2006 1, 2].
+    """Return postures (T, 37): pelvis height and the direction cosines of twelve limbs [mozerov2006 1, 2].
 
     Parameters
     ----------
@@ -141,7 +141,7 @@ def postures(
 
 
 def floor_level(positions: np.ndarray) -> float:
-    """Level of the standing ankle, mm, from which the height of the pelvis is measured.
+    """Return the height of the ankle of a standing foot, mm, from which the pelvis height is measured.
 
     Parameters
     ----------
@@ -156,7 +156,7 @@ def floor_level(positions: np.ndarray) -> float:
 
 
 def limb_lengths(positions: np.ndarray) -> LimbLengths:
-    """Mean lengths of the twelve limbs over a clip, and where pelvis and shoulders sit between them.
+    """Return mean lengths of the twelve limbs, and the offsets of pelvis and shoulders, over a clip.
 
     Parameters
     ----------
@@ -181,7 +181,7 @@ def limb_lengths(positions: np.ndarray) -> LimbLengths:
 
 
 def joints(postures: np.ndarray, limb_lengths: LimbLengths, *, frame: str = "parent") -> np.ndarray:
-    """Joint positions (…, 15, 3), mm, of postures: the inverse of `postures` [mozerov2006 1].
+    """Return the joint positions (…, 15, 3), mm, of postures (…, 37), the inverse of `postures` [mozerov2006 1].
 
     Parameters
     ----------
@@ -224,7 +224,7 @@ def joints(postures: np.ndarray, limb_lengths: LimbLengths, *, frame: str = "par
 def joints_where_defined(
     postures: np.ndarray, limb_lengths: LimbLengths, *, frame: str = "parent"
 ) -> np.ndarray:
-    """Joint positions (…, 15, 3), mm, as by `joints`, but NaN for postures that `joints` rejects.
+    """Return the joint positions (…, 15, 3), mm, as `joints` does; NaN for postures that `joints` rejects.
 
     Parameters
     ----------
@@ -241,14 +241,17 @@ def joints_where_defined(
 
 
 def nearest_of_each(joints: np.ndarray, performances: np.ndarray) -> np.ndarray:
-    """Mean joint distance (S, M), mm, from each body (S, J, 3) to the nearest of each performance (M, P, J, 3)."""
+    """Return the distance (S, M) from each body (S, J, 3) to the nearest posture of each performance (M, P, J, 3).
+
+    The distance is the mean over joints, mm.
+    """
     distances = np.empty((len(joints), len(performances)))
     kernels.nearest_of_each(np.ascontiguousarray(joints), performances, distances)
     return distances
 
 
 def _placed(postures: np.ndarray, limb_lengths: LimbLengths, frame: str) -> tuple[np.ndarray, np.ndarray]:
-    """Joints (…, 15, 3), and for each posture (S, 2) the outcome and the invalid limb."""
+    """Return joints (…, 15, 3), mm, and for each posture an error code and the index of the invalid limb, (S, 2)."""
     require_choice("frame", frame, FRAMES)
     array = np.asarray(postures, float)
     if array.ndim < 1 or array.shape[-1] != PARAMETERS:
@@ -269,7 +272,10 @@ def _placed(postures: np.ndarray, limb_lengths: LimbLengths, frame: str) -> tupl
 def _frames_of_limbs(
     hip: np.ndarray, torso: np.ndarray, shoulder: np.ndarray, frame: str
 ) -> dict[int, np.ndarray]:
-    """For each limb beyond hip, torso and shoulder, the frame in which it is given, before any rotation from rest."""
+    """Return the frame of reference for each limb other than hip, torso and shoulder.
+
+    It is the frame before any rotation from the rest direction.
+    """
     if frame == "hip":
         return dict.fromkeys((NECK, *THIGHS, *LEGS, *ARMS, *FOREARMS), hip)
     return {
@@ -280,7 +286,7 @@ def _frames_of_limbs(
 
 
 def _without_heading(h: np.ndarray, heading: str) -> np.ndarray:
-    """Hip axes turned about the vertical."""
+    """Return the hip axes (T, 3), rotated about the vertical so that the heading is removed."""
     if heading == "none":
         return h
     ahead = np.hypot(h[:, 0], h[:, 1])
@@ -292,7 +298,7 @@ def _without_heading(h: np.ndarray, heading: str) -> np.ndarray:
 
 
 def _limbs(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Unit directions (T, 12, 3) and lengths (T, 12) in mm."""
+    """Return the unit directions (T, 12, 3) and lengths (T, 12), mm, of the limbs."""
     limbs = positions[:, _ENDS] - positions[:, _STARTS]
     lengths = np.linalg.norm(limbs, axis=-1)
     if not lengths.all():

@@ -1,4 +1,4 @@
-"""Local frames for the directions of limbs [mozerov2006 1].
+"""Local frames of reference for the directions of limbs [mozerov2006 1].
 
 A direction has no twist, so a frame needs a second one.  With h, t, s the unit directions of hip (left to right),
 torso (pelvis to sternum) and shoulder (left to right); axes are x to the right, y ahead, z up::
@@ -32,7 +32,7 @@ from pipeline.validation import InvalidInput
 
 HIP, TORSO, SHOULDER, NECK = range(4)
 THIGHS, LEGS, ARMS, FOREARMS = (4, 5), (6, 7), (8, 9), (10, 11)
-"""Indices in POSTURE12, left before right."""
+"""Limb indices in POSTURE12; in a pair the left limb comes first."""
 
 REST = {
     limb: np.array(direction) / np.linalg.norm(direction)
@@ -42,10 +42,13 @@ REST = {
         strict=True,
     )
 }
-"""Rest directions: thighs forward and outward, arms downward too, in the frame of hip or shoulder."""
+"""Rest directions of thighs (forward and outward) and arms (also downward).
+
+They are given in the frame of the hip or the shoulder.
+"""
 
 LEAST_SINE = 1e-3
-"""Sine of the angle between two directions below which they do not define a frame."""
+"""Smallest sine of the angle between two directions that define a frame."""
 
 HIP_UPRIGHT = "hip_upright", "the hip axis is vertical"
 TORSO_ALONG_HIP = "torso_along_hip", "the torso lies along the hip axis"
@@ -56,7 +59,7 @@ _UP = np.array([0.0, 0.0, 1.0])
 
 
 def stance(h: np.ndarray) -> np.ndarray:
-    """Frame of a standing person with this hip axis, in which the torso is expressed.
+    """Return the frame of reference (T, 3, 3) of a standing person, in which the torso is expressed, from the hip axis.
 
     Raises
     ------
@@ -67,7 +70,7 @@ def stance(h: np.ndarray) -> np.ndarray:
 
 
 def hip_and_torso(h: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Frames of hip and torso; they share the axis ahead.
+    """Return the frames of reference of hip and torso, each (T, 3, 3); their forward axes are equal.
 
     Raises
     ------
@@ -79,7 +82,7 @@ def hip_and_torso(h: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]
 
 
 def shoulder(s: np.ndarray, t: np.ndarray) -> np.ndarray:
-    """Frame of the shoulders.
+    """Return the frame of reference (T, 3, 3) of the shoulders.
 
     Raises
     ------
@@ -90,12 +93,12 @@ def shoulder(s: np.ndarray, t: np.ndarray) -> np.ndarray:
 
 
 def components_in(frames: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-    """Components (T, 3) in a frame of vectors (T, 3) in the world."""
+    """Return the components (T, 3) of world vectors (T, 3) in a frame."""
     return np.einsum("tij,tj->ti", frames, vectors)
 
 
 def components_after(limb: int, direction: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-    """Components (T, 3) in the frame of a thigh or an arm of vectors in the frame of hip or shoulder.
+    """Return the components (T, 3), in the frame of a thigh or an arm, of vectors given in the hip or shoulder frame.
 
     Raises
     ------
@@ -106,7 +109,7 @@ def components_after(limb: int, direction: np.ndarray, vectors: np.ndarray) -> n
 
 
 def _axes(x: np.ndarray, upward: np.ndarray, wrong: tuple[str, str]) -> np.ndarray:
-    """Frames from their x axes, and z as near to a second direction as that allows."""
+    """Return frames of reference (T, 3, 3) with given x axes, and z as close as possible to a second direction."""
     z = upward - (x * upward).sum(axis=-1, keepdims=True) * x
     length = np.linalg.norm(z, axis=-1, keepdims=True)
     _require_defined(length[:, 0] < LEAST_SINE, wrong)
@@ -115,7 +118,7 @@ def _axes(x: np.ndarray, upward: np.ndarray, wrong: tuple[str, str]) -> np.ndarr
 
 
 def _turned(from_: np.ndarray, to: np.ndarray, vectors: np.ndarray, limb: str) -> np.ndarray:
-    """Vectors after the smallest rotation that brings one unit direction to another."""
+    """Apply to vectors the smallest rotation that takes one unit direction to another."""
     axis = np.cross(from_, to)  # of length sine
     cosine = (from_ * to).sum(axis=-1, keepdims=True)
     against = (cosine[:, 0] < 0.0) & (np.linalg.norm(axis, axis=-1) < LEAST_SINE)

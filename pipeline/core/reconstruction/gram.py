@@ -1,4 +1,4 @@
-"""The linear system behind both approaches, (A + sigma² I) z = h: zhang2007 equations 3.9 and 3.15.
+"""The linear system (A + sigma² I) z = h of both approaches (zhang2007 equations 3.9 and 3.15).
 
 Every coefficient that is published comes from here, whether the view is known or searched for.
 
@@ -27,14 +27,14 @@ from pipeline.core.linear_model import LinearModel, WhitenedModel, whiten
 from pipeline.validation import require_range
 
 _UNSEEN = 1e-13
-"""Relative eigenvalue of A below which a view does not determine its direction, some hundred rounding errors."""
+"""Relative eigenvalue of A below which the view does not determine the coefficients along its eigenvector."""
 
 _SAFE = 1e-10
-"""Ratio of smallest to largest pivot above which least squares needs no eigenvalues."""
+"""Ratio of smallest to largest pivot above which least squares is solved without an eigenvalue decomposition."""
 
 
 class Gram:
-    """A at any view angle, and the solutions of (A + sigma² I) z = h.
+    """Matrix A at any view angle, and solutions of (A + sigma² I) z = h.
 
     Parameters
     ----------
@@ -51,19 +51,19 @@ class Gram:
 
     @cached_property
     def _seen_from_everywhere(self) -> bool:
-        """True if A has no small eigenvalue at any angle: A exceeds Gzz, which has no small eigenvalue."""
+        """True if A has no small eigenvalue at any view angle, because its part Gzz alone has no small eigenvalue."""
         largest = np.trace(self._parts[0] + self._parts[2] + self._parts[3])
         return bool(np.linalg.eigvalsh(self._parts[3])[0] > _SAFE * largest)
 
     def at(self, cosine: np.ndarray, sine: np.ndarray) -> np.ndarray:
-        """A (A, N, N) for A view angles, given their cosines and sines (A,)."""
+        """Return the matrices A (A, N, N) at A view angles, given their cosines and sines (A,)."""
         weights = np.stack([cosine**2, sine * cosine, sine**2, np.ones_like(cosine)], axis=-1)
         return np.tensordot(weights, self._parts, axes=1)
 
     def solve(
         self, cosine: np.ndarray, sine: np.ndarray, h: np.ndarray, noise_variance: float | None
     ) -> np.ndarray:
-        """z (A, N, K) of (A + sigma² I) z = h for A view angles [zhang2007 3.9, 3.15] [zhang2004 9].
+        """Solve (A + sigma² I) z = h for z (A, N, K) at A view angles [zhang2007 3.9, 3.15] [zhang2004 9].
 
         Parameters
         ----------
@@ -91,7 +91,7 @@ class Gram:
         H: np.ndarray,
         noise_variance: float | None,
     ) -> np.ndarray:
-        """G - H (A + sigma² I)^-1 H^T (A, B, B): a quadratic form of the observation, coefficients eliminated.
+        """Return G - H (A + sigma² I)^-1 H^T, (A, B, B), the quadratic form of the cost after eliminating coefficients.
 
         Parameters
         ----------
@@ -104,7 +104,7 @@ class Gram:
 
 
 def gram_of(model: LinearModel, noise_variance: float | None) -> Gram:
-    """The system of a model with its prior, or without it for least squares.
+    """Return the linear system of a model, with its prior for a noise variance, without it for least squares.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ def gram_of(model: LinearModel, noise_variance: float | None) -> Gram:
 
 
 def require_noise_variance(noise_variance: float) -> float:
-    """Return a noise variance that is positive and finite, mm².
+    """Check that a noise variance, mm², is positive and finite, and return it.
 
     Raises
     ------
@@ -134,7 +134,7 @@ def require_noise_variance(noise_variance: float) -> float:
 
 
 def _well_conditioned(A: np.ndarray) -> bool:
-    """Return True if every matrix has a Cholesky factor without a pivot near rounding (8 times cheaper than eigh)."""
+    """Return True if every matrix has Cholesky pivots well above rounding error (8 times cheaper than eigh)."""
     try:
         pivots = np.diagonal(np.linalg.cholesky(A), axis1=-2, axis2=-1) ** 2
     except np.linalg.LinAlgError:

@@ -1,4 +1,4 @@
-"""3D from one known view: zhang2007 section 3.2 and appendix A, zhang2004 section 3.2.
+"""Reconstruction in 3D from one known view: zhang2007 section 3.2 and appendix A, zhang2004 section 3.2.
 
 Symbols
 -------
@@ -25,7 +25,7 @@ from pipeline.validation import InvalidInput, require_finite, require_shape
 
 
 def least_squares(E: np.ndarray, d: np.ndarray) -> np.ndarray:
-    """Coefficients (N,) that bring E k closest to d: approach I [zhang2007 3.9] [zhang2004 9].
+    """Return the coefficients k (N,) for which E k is closest to d: approach I [zhang2007 3.9] [zhang2004 9].
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def least_squares(E: np.ndarray, d: np.ndarray) -> np.ndarray:
 def maximum_a_posteriori(
     E: np.ndarray, d: np.ndarray, eigenvalues: np.ndarray, *, noise_variance: float
 ) -> np.ndarray:
-    """Coefficients (N,) of maximum posterior probability: approach II [zhang2007 3.14, 3.15, A.5].
+    """Return the coefficients (N,) of maximum posterior probability: approach II [zhang2007 3.14, 3.15, A.5].
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def _problem(E: np.ndarray, d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 @dataclass(frozen=True)
 class Deviation:
-    """One walker less the average walker, by axis.
+    """Difference between one walker and the average walker, split into x, y and z.
 
     Attributes
     ----------
@@ -112,7 +112,7 @@ class Deviation:
 
 
 def deviation(model: LinearModel, white: WhitenedModel, sample: np.ndarray) -> Deviation:
-    """One walker (225,) or (226,) less the average walker."""
+    """Return the difference between one walker, (225,) or (226,), and the average walker."""
     sample = require_shape("the walker", np.asarray(sample, float), model.mean.shape)
     require_finite("the walker", sample)
     points = 3 * len(white.mean_x)
@@ -123,7 +123,7 @@ def deviation(model: LinearModel, white: WhitenedModel, sample: np.ndarray) -> D
 
 @shortened
 class KnownViews:
-    """One walker reconstructed from A known views.
+    """Reconstructions of one walker from A known views.
 
     Attributes
     ----------
@@ -147,7 +147,7 @@ def from_known_views(
     *,
     noise_variance: float | None,
 ) -> KnownViews:
-    """One walker's missing dimension from each of A known views [zhang2007 3.5, 3.6] [zhang2004 5, 6].
+    """Reconstruct the missing dimension of one walker from each of A known views [zhang2007 3.5, 3.6] [zhang2004 5, 6].
 
     Parameters
     ----------
@@ -181,7 +181,7 @@ def from_known_views(
 
 
 def right_hand_side(white: WhitenedModel, d: Deviation, c: np.ndarray, s: np.ndarray) -> np.ndarray:
-    """h(alpha) = B_hat^T d (A, N), for the cosines and sines (A,) of A view angles."""
+    """Return h = B_hat^T d, (A, N), at A view angles, given their cosines and sines (A,)."""
     parts = np.stack(
         [white.bx.T @ d.x, white.bx.T @ d.y + white.by.T @ d.x, white.by.T @ d.y, white.bz.T @ d.z]
     )

@@ -1,4 +1,4 @@
-"""The error of one walker along a whole path of noise variances: zhang2007 section 4.2.
+"""Reconstruction errors of walkers for a whole range of noise variances (zhang2007 section 4.2).
 
 Symbols are those of `gram`: one tridiagonal form of A serves every sigma², and a path is smooth enough to need few of
 them.
@@ -18,11 +18,11 @@ from pipeline.core.reconstruction.known_view import deviation, right_hand_side
 from pipeline.skeleton import WALKER15
 
 _TERMS = 37.0
-"""Negative logarithm of the truncation error of a path's Chebyshev series: e^-37 is rounding."""
+"""Negative logarithm of the truncation error of the Chebyshev series; e^-37 is rounding error."""
 
 
 class NoisePath:
-    """Errors of walkers along a path of noise variances, by one model from the same views.
+    """Reconstruction errors over a range of noise variances, for walkers seen from the same views with one model.
 
     What depends on model and views alone is computed once, for all walkers.
 
@@ -71,7 +71,7 @@ class NoisePath:
             self._pivots[n + 1] -= off * self._below[n]
 
     def error(self, sample: np.ndarray) -> np.ndarray:
-        """E_a of a held-out walker (225,) or (226,), for every view and sigma², (A, S) mm².
+        """Return the error E_a (A, S), mm², of a held-out walker, (225,) or (226,), for every view and every sigma².
 
         Add the residual power of the walker for errors against the motion itself.
 
@@ -103,7 +103,10 @@ class NoisePath:
 
 
 def _tridiagonal(A: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Tridiagonal form of matrices (A, N, N), overwritten: diagonal, off-diagonal (A, N - 1), vectors (A, N, N)."""
+    """Return the tridiagonal form of matrices (A, N, N): diagonal, off-diagonal (A, N - 1), vectors (A, N, N).
+
+    The matrices are overwritten.
+    """
     N = A.shape[-1]
     diagonal, off_diagonal, vectors = A[:, 0].copy(), np.empty((len(A), N - 1)), np.zeros_like(A)
     vectors[:, 0, 0] = 1.0
@@ -117,7 +120,7 @@ def _tridiagonal(A: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 @functools.lru_cache(maxsize=4)
 def _interpolation(wanted_variances: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes sigma² (K,) that determine a path, and their weights (K, S) at the S values of sigma².
+    """Return the K values of sigma² to compute, and weights (K, S) that interpolate to the S wanted values.
 
     As a function of t = log sigma² a path is analytic but for poles at log s ± i pi, s an eigenvalue of A, all
     at least pi away from the real axis.  Its Chebyshev series over t in a ± L therefore falls by a factor

@@ -1,4 +1,4 @@
-"""Refinement of a whole body's trajectories by reprojection error: park2011 section 3.1."""
+"""Refinement of the trajectories of a whole body by its reprojection error (park2011 section 3.1)."""
 
 from pipeline.core.refinement.steps import LENGTH_FACTOR, Refinement, RefinementOptions, refine
 

@@ -1,4 +1,4 @@
-"""Normal equations of a tree of limbs, and their solution along the tree: the inside of park2011's refinement.
+"""Normal equations of the refinement for a tree of limbs, and their solution along the tree (park2011 section 3.1).
 
 Symbols
 -------
@@ -26,21 +26,21 @@ from pipeline.core.refinement import kernels
 from pipeline.core.refinement.reprojection import Observations, angles, cost, lengths_mm
 
 _FREE_STEP = 1e-7
-"""Damping below which a step counts as undamped, and its size as the distance to the minimum."""
+"""Damping below which a step counts as undamped, so that its size is the distance to the minimum."""
 
 _RIDGE = 1e-10
-"""Smallest damping, which keeps unknowns in place that the images hardly determine."""
+"""Smallest damping; it holds those unknowns in place that the images hardly determine."""
 
 _APPROXIMATE = 15
 """Number of steps with the Gauss-Newton curvature before the exact curvature is used."""
 
 _ROUNDING_PX = 64 * np.finfo(float).eps
-"""Root mean square residual, in units of the largest image coordinate, below which it is rounding."""
+"""Root mean square residual, relative to the largest image coordinate, below which it is rounding error."""
 
 
 @dataclass(frozen=True)
 class LimbEquations:
-    """Gradient and curvature of the cost, by limbs.
+    """Gradient and curvature (second derivatives) of the cost, arranged by limbs.
 
     Attributes
     ----------
@@ -60,12 +60,15 @@ class LimbEquations:
     lines: np.ndarray
 
     def curvature_along(self, step: np.ndarray) -> float:
-        """Quadratic form step^T H step of a step (L, N)."""
+        """Return the quadratic form step^T H step for a step (L, N)."""
         return kernels.curvature_along(self.rows, self.lines, step)
 
 
 def normal_equations(given: Observations, unknowns: np.ndarray, *, exact: bool = False) -> LimbEquations:
-    """Gradient g and blocks of H at unknowns (L, N); `exact` includes the second derivatives beyond Gauss-Newton."""
+    """Return the gradient g and the blocks of H at unknowns (L, N).
+
+    With `exact`, H includes the second derivatives that the Gauss-Newton approximation omits.
+    """
     limbs, size = unknowns.shape
     frames, components = given.basis.shape
     lines, products = given.lines, given.products
@@ -87,7 +90,7 @@ def normal_equations(given: Observations, unknowns: np.ndarray, *, exact: bool =
 
 
 def damped_step(equations: LimbEquations, damping: np.ndarray) -> np.ndarray:
-    """The step (L, N) that solves (H + diag(damping)) step = -g.
+    """Return the step (L, N) that solves (H + diag(damping)) step = -g.
 
     Parameters
     ----------
@@ -111,7 +114,7 @@ def damped_step(equations: LimbEquations, damping: np.ndarray) -> np.ndarray:
 def minimise(
     given: Observations, unknowns: np.ndarray, bound: np.ndarray, *, max_iterations: int, tolerance: float
 ) -> tuple[np.ndarray, float, bool, int]:
-    """Minimise the cost from a start: unknowns (L, N), cost in px², convergence, number of steps.
+    """Minimise the cost; return unknowns (L, N), cost in px², whether it has converged, and the number of steps.
 
     Parameters
     ----------
@@ -171,6 +174,6 @@ def minimise(
 
 
 def _rounding(given: Observations) -> float:
-    """Cost at which residuals are rounding, px²."""
+    """Return the cost, px², below which the residuals are rounding errors."""
     largest = max(np.abs(given.images).max(), np.abs(given.projection[:, :2]).max())
     return 0.5 * given.visible.sum() * (_ROUNDING_PX * float(largest)) ** 2

@@ -1,4 +1,4 @@
-"""Inputs of the refinement of a whole body: arrays checked against each other, and the start.
+"""Inputs of the refinement of a whole body: consistency checks of the arrays, and the initial path.
 
 Symbols
 -------
@@ -17,7 +17,10 @@ from pipeline.core.trajectory_basis import cosine_basis, soft_ridge
 from pipeline.validation import InvalidInput, require_finite, require_range, require_shape
 
 _START_PENALTY = 1e-4
-"""Penalty of the highest coefficient at the start, against frames of weight one, to avoid oscillation in gaps."""
+"""Penalty of the highest coefficient of the initial path; it avoids oscillation in gaps.
+
+A measured frame has weight one.
+"""
 
 
 def frames_and_limbs(
@@ -26,7 +29,7 @@ def frames_and_limbs(
     directions: np.ndarray | Sequence[SphericalTrajectory],
     lengths: np.ndarray,
 ) -> tuple[int, int]:
-    """F and L of arrays whose shapes agree.
+    """Return the numbers of frames F and limbs L, after checking that the shapes of the arrays agree.
 
     Parameters
     ----------
@@ -54,7 +57,9 @@ def frames_and_limbs(
 
 
 def tree_in_order(parents: Sequence[int] | np.ndarray, joints: int) -> tuple[int, ...]:
-    """Parents (J,) of joints. The first joint is the root, and every other joint comes after its parent.
+    """Return the parents (J,) of the joints, after checking their order.
+
+    The first joint is the root, and every other joint comes after its parent.
 
     Raises
     ------
@@ -74,7 +79,7 @@ def tree_in_order(parents: Sequence[int] | np.ndarray, joints: int) -> tuple[int
 
 
 def basis_rows(basis: np.ndarray | int, frames: int) -> np.ndarray:
-    """Trajectory basis (F, K): the argument, or the first K cosines.
+    """Return the trajectory basis (F, K): the given array, or the first K cosines.
 
     Raises
     ------
@@ -89,7 +94,7 @@ def basis_rows(basis: np.ndarray | int, frames: int) -> np.ndarray:
 
 
 def named_lengths(lengths: np.ndarray, called: Sequence[str]) -> np.ndarray:
-    """Lengths (L,), each a number above zero; every joint has a name."""
+    """Return the limb lengths (L,), after checking that each is positive and that every joint has a name."""
     lengths = np.array(lengths, float)
     require_shape("names", called, (len(lengths) + 1,))
     for name, length in zip(called[1:], lengths, strict=True):
@@ -105,7 +110,7 @@ def starting_path(
     called: str,
     chart: np.ndarray | None = None,
 ) -> SphericalTrajectory:
-    """The trajectory in the basis that is nearest to given directions of a limb.
+    """Return the initial path of a limb: the path in the basis nearest to given directions.
 
     Parameters
     ----------

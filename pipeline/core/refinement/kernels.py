@@ -1,4 +1,4 @@
-"""Compiled loops of the refinement: what belongs to one frame, and the solution along the tree; park2011 section 3.1.
+"""Compiled loops of the refinement: sums within each frame, and the solution along the tree (park2011 section 3.1).
 
 All in one file, as those of `binary_quadratic`: what numba keeps on disk goes by the file of the kernel.  Symbols are
 those of `equations` and `reprojection`; others:
@@ -15,12 +15,15 @@ import numpy as np
 from pipeline.compilation import compiled_with_free_sums
 
 STRIDE = 7
-"""Stride over the points that bound a face: distant points come first, so that most polygons end early."""
+"""Index step through the points that bound a face; distant points come first, so that most polygons end early."""
 
 
 @compiled_with_free_sums
 def squared_distances(seen_by, tree, theta, phi):  # type: ignore[no-untyped-def]
-    """Sum of squared distances of reprojection and image, px²; infinite with a joint behind its camera."""
+    """Return the sum of squared distances, px², between reprojections and images.
+
+    Infinite if a joint is behind its camera.
+    """
     images, visible, projection, centre, root = seen_by
     parents, lengths, charts = tree
     limbs, frames = theta.shape
@@ -53,7 +56,7 @@ def squared_distances(seen_by, tree, theta, phi):  # type: ignore[no-untyped-def
 
 @compiled_with_free_sums
 def frame_by_frame(seen_by, tree, lines, theta, phi, free, exact, sums):  # type: ignore[no-untyped-def]
-    """Sums over frames in the normal equations, by the C numbers of a limb: theta, phi and, if free, its length.
+    """Add the terms of the normal equations in each frame, by the unknowns of a limb: theta, phi and a free length.
 
     Added to the three arrays of `sums`: the gradient (L, C, F), the diagonal of the curvature after Gauss and Newton
     (L, C, F), and the curvature between a limb and those of its line, exact or after Gauss and Newton (L, M, C, C, F).
@@ -173,7 +176,7 @@ def frame_by_frame(seen_by, tree, lines, theta, phi, free, exact, sums):  # type
 
 @compiled_with_free_sums
 def fill_gradient(along, own, gradient, scale):  # type: ignore[no-untyped-def]
-    """Add sums (L, C, K + 1) of `frame_by_frame`, by the basis and by one, to gradient and scale (L, N)."""
+    """Add the sums (L, C, K + 1) from `frame_by_frame` to gradient and scale (L, N)."""
     components = along.shape[2] - 1
     for limb in range(len(gradient)):
         for a in range(2):
@@ -187,7 +190,7 @@ def fill_gradient(along, own, gradient, scale):  # type: ignore[no-untyped-def]
 
 @compiled_with_free_sums
 def fill_rows(sums, first, second, scale, lines, penalty, rows):  # type: ignore[no-untyped-def]
-    """All blocks into `rows` (L, N, M, N), from the sums (L, M, C, C, n) of couplings.
+    """Write all blocks of H into `rows` (L, N, M, N), from the sums (L, M, C, C, n) of the couplings.
 
     Between angles they are sums of products. If lengths are free, sums of the basis and of one follow.
     """
@@ -217,7 +220,7 @@ def fill_rows(sums, first, second, scale, lines, penalty, rows):  # type: ignore
 
 @compiled_with_free_sums
 def curvature_along(rows, lines, step):  # type: ignore[no-untyped-def]
-    """Quadratic form step^T H step of a step (L, N)."""
+    """Return the quadratic form step^T H step for a step (L, N)."""
     total = 0.0
     for limb in range(len(rows)):
         for m in range(lines.shape[1]):
@@ -234,7 +237,9 @@ def curvature_along(rows, lines, step):  # type: ignore[no-untyped-def]
 
 @compiled_with_free_sums
 def solve_along_tree(rows, lines, gradient, damping, step):  # type: ignore[no-untyped-def]
-    """The step (L, N) that solves (H + diag(damping)) step = -gradient; False if that is not positive definite.
+    """Write the solution of (H + diag(damping)) step = -gradient into `step` (L, N).
+
+    Return False if the matrix is not positive definite.
 
     `rows` (L, N, M, N) are overwritten.  Limbs are eliminated from the ends of the tree towards the root.
     """
@@ -325,7 +330,9 @@ def clip(corners, left, across, room, cut):  # type: ignore[no-untyped-def]
 
 @compiled_with_free_sums
 def nearest_faces(white, whitening, flat, normals):  # type: ignore[no-untyped-def]
-    """Normals of the faces of a hull that are nearest to the origin, into `normals` (n, 3), some twice: how many.
+    """Write the normals of the hull faces nearest to the origin into `normals` (n, 3); return their number.
+
+    A normal may occur twice.
 
     The hull is that of points and their opposites, given as `white` (P, 3), points times `whitening`^T, of spread one
     in all directions.  Of the plane of all q with ``q . w = 1`` for one point w, those with ``|q . w'| <= 1`` for all

@@ -1,4 +1,4 @@
-"""Reprojection error of a tree of limbs and its derivatives: park2011 section 3.1, equations 4 to 7.
+"""Reprojection error of a tree of limbs, and its derivatives (park2011 section 3.1, equations 4 to 7).
 
 Symbols
 -------
@@ -27,7 +27,7 @@ from pipeline.validation import InvalidInput
 
 @dataclass(frozen=True)
 class Observations:
-    """Images of the joints of a tree, and the known quantities of the tree.
+    """Images of the joints of a tree of limbs, and the known quantities: cameras, root, lengths and basis.
 
     Attributes
     ----------
@@ -69,17 +69,19 @@ class Observations:
 
     @cached_property
     def seen_by(self) -> tuple[np.ndarray, ...]:
-        """Arrays for the kernels."""
+        """Arrays that describe images and cameras, for the kernels."""
         return self.images, self.visible, self.projection, self.centre, self.root
 
     @cached_property
     def carriers(self) -> np.ndarray:
-        """Parents (L,), for kernels."""
+        """Index of the parent limb of each limb (L,) as an array, for the kernels."""
         return np.array(self.parents)
 
     @cached_property
     def sums(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Weights of the sums over frames for gradient, diagonal and blocks of the curvature; the last of each is one.
+        """Weights of the sums over frames for gradient, diagonal and blocks of the curvature.
+
+        The last column of each array is one.
 
         The basis (F, K + 1), its squares, and products of its columns, then the basis (F, n + K + 1).
         """
@@ -92,7 +94,7 @@ class Observations:
 
     @cached_property
     def lines(self) -> np.ndarray:
-        """Each limb itself and those that carry it (L, M), the nearest first, then -1."""
+        """Indices (L, M) of each limb and the limbs between it and the root, the nearest first, then -1."""
         lines: list[list[int]] = []
         for limb, parent in enumerate(self.parents):
             lines.append([limb, *(lines[parent] if parent >= 0 else [])])
@@ -111,7 +113,7 @@ def observe(
     basis: np.ndarray,
     penalty: np.ndarray,
 ) -> Observations:
-    """Observations from images; joints with unknown image, camera or root count as not seen.
+    """Prepare the images for the refinement; joints without image, camera or root count as not observed.
 
     Parameters
     ----------
@@ -157,25 +159,28 @@ def observe(
 
 
 def angles(given: Observations, unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """theta and phi (L, F) of unknowns (L, N)."""
+    """Return the angles theta and phi, each (L, F), that the unknowns (L, N) describe."""
     components = given.basis.shape[1]
     return unknowns[:, :components] @ given.basis.T, unknowns[:, components : 2 * components] @ given.basis.T
 
 
 def lengths_mm(given: Observations, unknowns: np.ndarray) -> np.ndarray:
-    """r (L,) of unknowns (L, N)."""
+    """Return the limb lengths (L,), mm, that the unknowns (L, N) describe."""
     free = unknowns[:, 2 * given.basis.shape[1] :]
     return given.lengths * np.exp(free[:, 0]) if free.size else given.lengths
 
 
 def relative(given: Observations, unknowns: np.ndarray) -> np.ndarray:
-    """Relative trajectories (L, F, 3), mm: on spheres about their parents, whatever the unknowns [park2011 4]."""
+    """Return the relative trajectories (L, F, 3), mm, that the unknowns describe [park2011 4].
+
+    They lie on spheres about the parent joints for any unknowns.
+    """
     theta, phi = angles(given, unknowns)
     return lengths_mm(given, unknowns)[:, None, None] * to_directions(theta, phi, given.charts)
 
 
 def forward(given: Observations, limbs: np.ndarray) -> np.ndarray:
-    """Positions (L, F, 3) of joints by forward kinematics: the root plus all limbs on the way [park2011 6]."""
+    """Return joint positions (L, F, 3): the root plus all limbs on the path to each joint [park2011 6]."""
     positions = np.empty_like(limbs)
     for limb, parent in enumerate(given.parents):
         np.add(given.root if parent < 0 else positions[parent], limbs[limb], out=positions[limb])
@@ -183,13 +188,13 @@ def forward(given: Observations, limbs: np.ndarray) -> np.ndarray:
 
 
 def behind(given: Observations, positions: np.ndarray) -> np.ndarray:
-    """Frames (L, F) bool in which an observed joint is not in front of its camera."""
+    """Return a mask (L, F) of the observed joints that are not in front of their camera."""
     depth = (given.projection[:, 2] * (positions - given.centre)).sum(axis=-1)
     return given.visible & ~(depth > 0)
 
 
 def residuals(given: Observations, positions: np.ndarray) -> np.ndarray:
-    """Reprojection less image (L, F, 2), px; zero where a joint was not seen [park2011 7].
+    """Return reprojection minus image (L, F, 2), px; zero where a joint was not observed [park2011 7].
 
     As printed, a point behind the camera projects like one before it: `behind` tells, and is to be asked first.
     """
@@ -198,14 +203,14 @@ def residuals(given: Observations, positions: np.ndarray) -> np.ndarray:
 
 
 def _reprojection(given: Observations, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """x_hat (L, F, 2) and the depth (L, F, 1) by which it was divided, 1 where a joint was not seen."""
+    """Return the reprojections x_hat (L, F, 2) and the depths (L, F, 1); depth 1 where a joint was not observed."""
     homogeneous = (given.projection @ (positions - given.centre)[..., None])[..., 0]
     depth = np.where(given.visible, homogeneous[..., 2], 1.0)[..., None]
     return homogeneous[..., :2] / depth, depth
 
 
 def cost(given: Observations, unknowns: np.ndarray) -> float:
-    """Half the sum of squared distances over all joints and frames, and of penalties, px² [park2011 5].
+    """Return half the sum of squared distances and penalties over all joints and frames, px² [park2011 5].
 
     Infinite if any joint that was seen stands behind its camera.
     """
@@ -216,7 +221,7 @@ def cost(given: Observations, unknowns: np.ndarray) -> float:
 
 
 def linearise(given: Observations, unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Derivatives of the reprojection, as far as they belong to one frame and one limb.
+    """Return the derivatives of the reprojection by joint position, and of each limb by its two angles.
 
     Each step of `refine` has them from `kernels.frame_by_frame`, with second derivatives.
 

@@ -1,4 +1,4 @@
-"""A limb's direction as two smooth angles: park2011 section 2, equation 4.
+"""The direction of a limb as two smooth angles (park2011 section 2, equation 4).
 
 Symbols
 -------
@@ -24,18 +24,18 @@ from pipeline.shortened import shortened
 from pipeline.validation import InvalidInput, require_finite, require_range, require_shape
 
 _FLAT = 1e-9
-"""Distance from a plane below which a direction counts as lying in it."""
+"""Distance from a plane below which a direction counts as lying in the plane."""
 
 _DETERMINED = 1e-10
-"""Smallest pivot, in units of the largest, with which triangular factors determine all coefficients."""
+"""Smallest ratio of smallest to largest pivot at which triangular factors determine all coefficients."""
 
 _AT_POLE = 1e-9
-"""Sine of the inclination below which a direction has no azimuth."""
+"""Sine of the inclination below which the azimuth of a direction is undefined."""
 
 
 @dataclass(frozen=True)
 class SphericalAngles:
-    """Continuous angles of a path on the sphere; NaN where the direction was not known.
+    """Angles of a path on the sphere without jumps; NaN where the direction is not known.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class SphericalAngles:
 
 @shortened
 class SphericalTrajectory:
-    """A path on the sphere by coefficients of a trajectory basis.
+    """A path on the sphere, described by the coefficients of its angles in a trajectory basis.
 
     Attributes
     ----------
@@ -67,13 +67,16 @@ class SphericalTrajectory:
     chart: np.ndarray
 
     def directions(self, basis: np.ndarray) -> np.ndarray:
-        """Unit vectors (T, 3) for any rows of the basis (T, K), of times between frames as well [park2011 4]."""
+        """Return unit vectors (T, 3) for the rows of a basis (T, K) [park2011 4].
+
+        The rows may belong to times between frames.
+        """
         theta, phi = basis @ self.coefficients_theta, basis @ self.coefficients_phi
         return to_directions(theta, phi, self.chart)
 
 
 def to_directions(theta: np.ndarray, phi: np.ndarray, chart: np.ndarray) -> np.ndarray:
-    """Unit vectors (…, 3) in the world of angles, whatever their size or sign [park2011 4].
+    """Return the unit vectors (…, 3), in the world, of angles of any size and sign [park2011 4].
 
     Parameters
     ----------
@@ -94,7 +97,7 @@ def to_directions(theta: np.ndarray, phi: np.ndarray, chart: np.ndarray) -> np.n
 
 
 def tangents(theta: np.ndarray, phi: np.ndarray, chart: np.ndarray) -> np.ndarray:
-    """Derivatives (…, 2, 3) of `to_directions` by theta and by phi; charts of limbs are (L, 1, 3, 3)."""
+    """Return the derivatives (…, 2, 3) of `to_directions` by theta and phi; charts of L limbs are (L, 1, 3, 3)."""
     across, along, c, s = np.sin(theta), np.cos(theta), np.cos(phi), np.sin(phi)
     by_theta = np.stack([along * c, along * s, -across], axis=-1)
     by_phi = np.stack([-across * s, across * c, np.zeros_like(across)], axis=-1)
@@ -102,7 +105,7 @@ def tangents(theta: np.ndarray, phi: np.ndarray, chart: np.ndarray) -> np.ndarra
 
 
 def unit_vectors(directions: np.ndarray) -> np.ndarray:
-    """Directions (F, 3) at length one; NaN where any coordinate is not finite.
+    """Return the directions (F, 3) scaled to unit length; NaN in frames with a coordinate that is not finite.
 
     Raises
     ------
@@ -132,7 +135,7 @@ def unit_vectors(directions: np.ndarray) -> np.ndarray:
 
 
 def farthest_chart(units: np.ndarray) -> np.ndarray:
-    """Rotation (3, 3) to the axes whose pole is farthest, up and down, from all unit vectors (n, 3).
+    """Return the rotation (3, 3) to axes whose pole and opposite pole are farthest from all unit vectors (n, 3).
 
     Notes
     -----
@@ -164,7 +167,9 @@ def farthest_chart(units: np.ndarray) -> np.ndarray:
 
 
 def _nearest_face(units: np.ndarray, whitening: np.ndarray) -> np.ndarray:
-    """Normal (3,) of the face nearest to the origin of the hull of unit vectors (n, 3) and their opposites.
+    """Return the normal (3,) of the hull face nearest to the origin.
+
+    The hull is that of unit vectors (n, 3) and their opposites.
 
     The hull is found of `whitening` (3, 3) times the vectors, equally wide in all directions.  Of faces that are as
     near up to rounding, the normal of smallest digits.
@@ -181,13 +186,16 @@ def _nearest_face(units: np.ndarray, whitening: np.ndarray) -> np.ndarray:
 
 
 def _perpendicular(wanted: np.ndarray, axis: np.ndarray) -> np.ndarray:
-    """The unit vector (3,) across a unit axis that is nearest to a wanted direction."""
+    """Return the unit vector (3,) nearest to a wanted direction among those perpendicular to a unit axis."""
     across = wanted - (wanted @ axis) * axis
     return across / np.linalg.norm(across)
 
 
 def _pointing(axis: np.ndarray, mean: np.ndarray) -> np.ndarray:
-    """The axis (3,) or its opposite: the one that looks to the mean, or else whose first coordinate is positive."""
+    """Return the axis (3,) or its opposite: the one on the side of the mean.
+
+    If the mean is perpendicular to the axis, the first non-zero coordinate is made positive.
+    """
     side = axis @ mean
     if abs(side) <= _FLAT:
         side = axis[np.argmax(np.abs(axis) > 1e-6)]
@@ -195,7 +203,7 @@ def _pointing(axis: np.ndarray, mean: np.ndarray) -> np.ndarray:
 
 
 def continuous_angles(directions: np.ndarray, *, chart: np.ndarray | None = None) -> SphericalAngles:
-    """Angles without jumps of a path on the sphere.
+    """Return the angles of a path on the sphere, without jumps.
 
     Parameters
     ----------
@@ -238,7 +246,7 @@ def continuous_angles(directions: np.ndarray, *, chart: np.ndarray | None = None
 
 
 def _shortest(inclination: np.ndarray, azimuth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Continuous theta and phi (n,) from an inclination in [0, pi] and an azimuth in (-pi, pi]."""
+    """Return continuous theta and phi (n,) from inclinations in [0, pi] and azimuths in (-pi, pi]."""
     step, turn = np.diff(inclination), _wrapped(np.diff(azimuth))
     mirrored_step, mirrored_turn = _wrapped(-inclination[1:] - inclination[:-1]), _wrapped(turn + np.pi)
     # Of two sheets that are equally near to rounding, the same one.
@@ -253,7 +261,7 @@ def _shortest(inclination: np.ndarray, azimuth: np.ndarray) -> tuple[np.ndarray,
 
 
 def _wrapped(angle: np.ndarray) -> np.ndarray:
-    """The same angles between -pi and pi."""
+    """Return the angles wrapped to the range from -pi to pi."""
     return (angle + np.pi) % (2 * np.pi) - np.pi
 
 
@@ -263,7 +271,7 @@ def fit(
     *,
     penalty: np.ndarray | None = None,
 ) -> SphericalTrajectory:
-    """The trajectory in a basis that is nearest to given angles.
+    """Return the path nearest to given angles among those in the span of a trajectory basis.
 
     Parameters
     ----------

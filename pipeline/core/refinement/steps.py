@@ -1,4 +1,4 @@
-"""Refinement of a whole body's trajectories by reprojection error: park2011 section 3.1.
+"""Refinement of the trajectories of a whole body by its reprojection error (park2011 section 3.1).
 
 Symbols
 -------
@@ -37,12 +37,12 @@ from pipeline.shortened import shortened
 from pipeline.validation import InvalidInput, require_count, require_range, require_shape
 
 LENGTH_FACTOR = 2.0
-"""Default bound on the change of a free length, as a share of the given length."""
+"""Largest factor by which a free length may differ from the given length, by default."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class RefinementOptions:
-    """Options of the refinement.
+    """Options for the refinement of trajectories.
 
     Attributes
     ----------
@@ -72,7 +72,7 @@ class RefinementOptions:
 
 @shortened
 class Refinement:
-    """Refined trajectories of all joints, with measures of their reliability.
+    """Refined trajectories of all joints, with the remaining reprojection error and convergence of the solution.
 
     Attributes
     ----------
@@ -107,7 +107,10 @@ class Refinement:
     n_iterations: int
 
     def relative_at(self, basis: np.ndarray) -> np.ndarray:
-        """Relative trajectories (T, L, 3), mm, for any rows of the basis (T, K), of times between frames as well."""
+        """Return the relative trajectories (T, L, 3), mm, for the rows of a basis (T, K).
+
+        The rows may belong to times between frames.
+        """
         paths = zip(self.coefficients_theta, self.coefficients_phi, self.chart, strict=True)
         units = np.stack([SphericalTrajectory(*path).directions(basis) for path in paths], axis=1)
         return self.lengths[:, None] * units
@@ -125,7 +128,7 @@ def refine(
     options: RefinementOptions = RefinementOptions(),
     names: Sequence[str] | None = None,
 ) -> Refinement:
-    """Trajectories of all joints that minimise the reprojection error over the whole tree [park2011 5].
+    """Find the trajectories of all joints that minimise the reprojection error of the whole tree [park2011 5].
 
     Parameters
     ----------
@@ -198,7 +201,7 @@ def _starting_paths(
     options: RefinementOptions,
     called: Sequence[str],
 ) -> list[SphericalTrajectory]:
-    """Return the path of each limb in the basis (F, K) with which the refinement starts."""
+    """Return the initial path of each limb in the basis (F, K)."""
     limbs, charts = len(called) - 1, options.charts
     if paths := [path for path in directions if isinstance(path, SphericalTrajectory)]:
         return paths
@@ -218,7 +221,7 @@ def _refinement(
     converged: bool,
     iterations: int,
 ) -> Refinement:
-    """Return the motion that the unknowns (L, 2 K or 2 K + 1) describe."""
+    """Return the refined motion that the unknowns (L, 2 K or 2 K + 1) describe."""
     moved = reprojection.relative(given, unknowns)
     ends = reprojection.forward(given, moved)
     distance = np.linalg.norm(reprojection.residuals(given, ends), axis=-1)
@@ -239,7 +242,10 @@ def _refinement(
 
 
 def _softened(given: Observations, unknowns: np.ndarray, cutoff: float) -> Observations:
-    """The observations with the penalty of a soft basis, scaled by each limb's mean square pixels per radian."""
+    """Return the observations with the penalty of a soft basis added.
+
+    The penalty is scaled by the mean square image motion of each limb in pixels per radian.
+    """
     by_position, movement = reprojection.linearise(given, unknowns)
     by_angle = by_position @ movement.swapaxes(2, 3)
     count = given.visible.sum(axis=1)

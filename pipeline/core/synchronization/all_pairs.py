@@ -1,4 +1,4 @@
-"""Every performance synchronized with every other at once, and the median of them: mozerov2006 section 3.
+"""Synchronization of all pairs of performances at once, and their median sequence (mozerov2006 section 3).
 
 Symbols
 -------
@@ -32,18 +32,18 @@ from pipeline.core.synchronization.trellis import (
 from pipeline.validation import InvalidInput, require_range, require_shape
 
 _TILE_BYTES = 2**20
-"""Size of the arrays of a tile of pairs for one sample, which fit into the cache of a processor core."""
+"""Size, in bytes, of the arrays of a tile of pairs for one sample, which fit into a processor cache."""
 
 _KEPT_BYTES = 2**27
-"""Size of the costs that a tile keeps for backtracking."""
+"""Size, in bytes, of the costs that a tile stores for backtracking."""
 
 _LARGEST = 1e140
-"""Magnitude from which sums of squares may overflow."""
+"""Magnitude of a coordinate from which sums of squares may overflow."""
 
 
 @dataclass(frozen=True)
 class AllPairs:
-    """All ordered pairs of M sequences of P samples, synchronized.
+    """Synchronization of all ordered pairs of M sequences, each of P samples.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class AllPairs:
 
 
 def same_size(sequences: Sequence[np.ndarray] | np.ndarray, names: Sequence[str] | None = None) -> np.ndarray:
-    """The sequences as one array (M, P, b) of finite numbers.
+    """Return the sequences as one array (M, P, b) of finite numbers.
 
     Parameters
     ----------
@@ -127,7 +127,7 @@ def synchronize_all(
     start: str = "fixed",
     steps: Sequence[int] = STEPS,
 ) -> AllPairs:
-    """Disparities and costs of all ordered pairs: `synchronize` for every n and m.
+    """Synchronize all ordered pairs of sequences, as `synchronize` does for one pair.
 
     Parameters
     ----------
@@ -184,7 +184,7 @@ def distances(
     start: str = "fixed",
     steps: Sequence[int] = STEPS,
 ) -> np.ndarray:
-    """Synchronization distances C(n, m) (M, M) of all ordered pairs: `synchronize_all` without the paths.
+    """Return the synchronization distances C(n, m), (M, M), of all ordered pairs, as from `synchronize_all`.
 
     Parameters
     ----------
@@ -202,7 +202,10 @@ def distances(
 
 
 def _tiles(rows: np.ndarray, nodes: Trellis) -> Iterator[tuple[slice, slice, np.ndarray, list[np.ndarray]]]:
-    """Ranges of n and of m that together cover all pairs, with the costs (m, n) and S of each, soon reused."""
+    """Yield ranges of n and of m that together cover all pairs, with their costs (m, n) and the accumulated costs S.
+
+    The memory of S is reused for the next tile.
+    """
     count, _, dimension = rows.shape
     squared = np.einsum("mpb,mpb->mp", rows, rows)[..., None]
     # E is a sum of b + 2 products after two of b, of terms that are at most four of the largest norm together:
@@ -232,7 +235,10 @@ def _tiles(rows: np.ndarray, nodes: Trellis) -> Iterator[tuple[slice, slice, np.
 def _misfit(
     left: np.ndarray, right: np.ndarray, rounding: float, memory: np.ndarray, p: int, low: int, high: int
 ) -> np.ndarray:
-    """E (high - low + 1, pairs) at sample p, from extended postures left (P, b + 2, n) and right (P, m, b + 2)."""
+    """Return the misfit E (high - low + 1, pairs) at sample p.
+
+    The extended postures are left (P, b + 2, n) and right (P, m, b + 2).
+    """
     window = right[p + low : p + high + 1].reshape(-1, right.shape[2])
     shape = len(window), left.shape[2]
     E = np.matmul(window, left[p], out=memory[: shape[0] * shape[1]].reshape(shape))
@@ -242,7 +248,7 @@ def _misfit(
 
 
 def _tile_size(count: int, nodes: Trellis) -> tuple[int, int]:
-    """Numbers of bases n and of others m in one tile."""
+    """Return the number of base sequences n and the number of other sequences m in one tile."""
     cached, stored = 3 * 8 * int(nodes.widths.max()), 8 * int(nodes.widths.sum())
     pairs = min(_TILE_BYTES // cached, _KEPT_BYTES // stored)
     bases = max(1, min(count, pairs, 40))
@@ -250,7 +256,7 @@ def _tile_size(count: int, nodes: Trellis) -> tuple[int, int]:
 
 
 def median_sequence(distances: np.ndarray) -> int:
-    """Index of the median sequence: the least global distance C_n, summed over m [mozerov2006 19].
+    """Return the index of the median sequence, whose distances C(n, m) have the smallest sum over m [mozerov2006 19].
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Curvature of a performance's graph over time: where movements begin and end (mozerov2006 section 4).
+"""Curvature of a performance over time, which shows where movements begin and end (mozerov2006 section 4).
 
 The paper takes key-frames "following a maximum curvature subjective criterion", from plots of the aSpace over time as
 in its figure 3.  So the curve here is (t / T, x / r) with T the duration and r the root mean square deviation of the
@@ -14,11 +14,11 @@ from scipy.ndimage import gaussian_filter1d
 from pipeline.validation import InvalidInput, require_range, require_shape
 
 SMOOTHING = 0.03
-"""Standard deviation of the smoothing before derivatives are taken, as a part of the duration."""
+"""Standard deviation of the Gaussian smoothing before derivatives are taken, as a share of the duration."""
 
 
 def curvature(sequence: np.ndarray, *, where: str = "the performance") -> np.ndarray:
-    """Curvature (F,) of a performance in the aSpace.
+    """Return the curvature (F,) of a performance in the aSpace over time.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def curvature(sequence: np.ndarray, *, where: str = "the performance") -> np.nda
 
 
 def checked(sequence: np.ndarray, where: str) -> np.ndarray:
-    """A performance (F, b) of at least three frames, all finite.
+    """Return a performance (F, b), after checking that it has at least three frames and finite values.
 
     Parameters
     ----------

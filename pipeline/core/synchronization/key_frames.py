@@ -1,4 +1,6 @@
-"""Synchronization by key-frames, the comparison of mozerov2006 section 4: five in each performance, by curvature.
+"""Synchronization by key-frames, the method with which mozerov2006 section 4 compares its own.
+
+Five key-frames are chosen in each performance, by curvature.
 
 The paper selects them "by hand following a maximum curvature subjective criterion.  Then, the training set was
 resampled so each sequence had the same number of frames between each key-frame".  Here a rule does what a hand does.
@@ -27,7 +29,9 @@ from pipeline.core.synchronization.curvature import checked, curvature
 from pipeline.validation import InvalidInput, require_count, require_shape
 
 SEPARATION, CONSISTENCY = 0.06, 1.0
-"""Smallest separation of key-frames and ends, over the duration; weight of the agreement of postures.
+"""Smallest distance between key-frames, as a share of the duration, and weight of the agreement of postures.
+
+The distance also applies between a key-frame and an end of the performance.
 
 The unit of the weight is the largest curvature for a distance of one root mean square deviation.  The variance left
 changes by about a tenth between weights of 0.3 and 3, on synthetic bends and on the squats and bends of HDM05.
@@ -38,7 +42,7 @@ _ROUNDS, _GRID = 500, 201
 
 @dataclass(frozen=True)
 class KeyFrames:
-    """The same K key-frames in M performances.
+    """Frames of the same K key-frames in M performances.
 
     Attributes
     ----------
@@ -56,7 +60,7 @@ class KeyFrames:
 
 @dataclass(frozen=True)
 class KeyFrameSynchronization:
-    """Performances resampled so that each has the same number of frames between key-frames.
+    """Performances resampled so that all have the same number of frames between key-frames.
 
     Attributes
     ----------
@@ -73,7 +77,7 @@ class KeyFrameSynchronization:
 
 
 def choose_key_frames(sequences: Sequence[np.ndarray], *, count: int = 5) -> KeyFrames:
-    """Key-frames of maximum curvature that show the same postures in all performances.
+    """Choose key-frames of maximum curvature that show the same postures in all performances.
 
     Parameters
     ----------
@@ -135,7 +139,7 @@ def choose_key_frames(sequences: Sequence[np.ndarray], *, count: int = 5) -> Key
 def resample_by_key_frames(
     sequences: Sequence[np.ndarray], frames: np.ndarray, n_samples: int
 ) -> KeyFrameSynchronization:
-    """Performances with the same number of samples between key-frames, linear in between.
+    """Resample performances linearly, so that all have the same number of samples between key-frames.
 
     Parameters
     ----------
@@ -185,12 +189,15 @@ def resample_by_key_frames(
 
 
 def _apart(frames: int) -> int:
-    """Least distance of key-frames, in frames."""
+    """Return the smallest distance between key-frames, in frames."""
     return max(1, int(np.ceil(SEPARATION * (frames - 1) - 1e-9)))
 
 
 def _best(score: np.ndarray, count: int) -> np.ndarray:
-    """Increasing frames (K,) whose scores, (F,) or (K, F), have the largest sum; the earlier on ties."""
+    """Return the increasing frames (K,) whose scores, (F,) or (K, F), have the largest sum.
+
+    If two choices are equal, the earlier frames are taken.
+    """
     score = np.broadcast_to(score, (count, score.shape[-1]))
     frames = score.shape[1]
     distance = _apart(frames)

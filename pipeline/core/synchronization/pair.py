@@ -1,4 +1,4 @@
-"""One performance brought to the rate of another: mozerov2006 section 3.
+"""Synchronization of a pair: one performance is brought to the rate of another (mozerov2006 section 3).
 
 Symbols
 -------
@@ -31,7 +31,7 @@ from pipeline.shortened import shortened
 from pipeline.validation import InvalidInput, require_count
 
 _CHUNK = 2**16
-"""Number of differences in memory at a time while a disparity space image is computed."""
+"""Number of differences in memory at the same time while a disparity space image is computed."""
 
 
 @shortened
@@ -51,7 +51,9 @@ class Synchronization:
 
 
 def normalise(sequence: np.ndarray, frames: int) -> np.ndarray:
-    """A sequence at `frames` instants evenly from its first to its last posture (P, b) [mozerov2006 6, 7].
+    """Resample a sequence (F, b) linearly to `frames` evenly spaced times, (P, b) [mozerov2006 6, 7].
+
+    The first and the last posture are kept.
 
     Parameters
     ----------
@@ -88,7 +90,7 @@ def normalise(sequence: np.ndarray, frames: int) -> np.ndarray:
 
 
 def rate_to_rate(disparity: np.ndarray) -> np.ndarray:
-    """Rate-to-rate synchronization function tau (…, P), in samples [mozerov2006 8, 9].
+    """Return the rate-to-rate synchronization function tau (…, P), in samples [mozerov2006 8, 9].
 
     Parameters
     ----------
@@ -104,7 +106,7 @@ def rate_to_rate(disparity: np.ndarray) -> np.ndarray:
 
 
 def warp(x_m: np.ndarray, disparity: np.ndarray) -> np.ndarray:
-    """Synchronized sequence x_{n,m}(p) = x_m(p + Delta(p)) [mozerov2006 10, 18].
+    """Return the synchronized sequence x_{n,m}(p) = x_m(p + Delta(p)) [mozerov2006 10, 18].
 
     Parameters
     ----------
@@ -148,7 +150,7 @@ def warp(x_m: np.ndarray, disparity: np.ndarray) -> np.ndarray:
 def synchronization_distance(
     x_n: np.ndarray, x_m: np.ndarray, disparity: np.ndarray, *, smoothness: float, penalty: str = "change"
 ) -> float:
-    """Synchronization distance along a given path, squared aSpace units [mozerov2006 11, 12].
+    """Return the synchronization distance along a given path, squared aSpace units [mozerov2006 11, 12].
 
     Parameters
     ----------
@@ -170,7 +172,7 @@ def synchronization_distance(
 
 
 def disparity_space_image(x_n: np.ndarray, x_m: np.ndarray, *, max_disparity: int) -> np.ndarray:
-    """E (P, 2D + 1): squared distance of x_n(p) and x_m(p + d), d from -D to D [mozerov2006 14].
+    """Return the squared distances E (P, 2D + 1) between x_n(p) and x_m(p + d), d from -D to D [mozerov2006 14].
 
     Parameters
     ----------
@@ -213,7 +215,7 @@ def synchronize(
     start: str = "fixed",
     steps: Sequence[int] = STEPS,
 ) -> Synchronization:
-    """The disparity function of least synchronization distance, and that distance [mozerov2006 15].
+    """Return the disparity function with the smallest synchronization distance, and this distance [mozerov2006 15].
 
     Parameters
     ----------

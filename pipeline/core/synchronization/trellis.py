@@ -1,4 +1,4 @@
-"""The trellis of disparities and the cheapest path through it: mozerov2006 section 3, figure 2.
+"""Trellis of disparities, and the path with the lowest cost through it (mozerov2006 section 3, figure 2).
 
 Symbols
 -------
@@ -30,12 +30,12 @@ STARTS = ("fixed", "free")
 STEPS = (-1, 0, 1)
 
 _TIE = 1e-12
-"""Relative difference of two accumulated costs at which they count as equal."""
+"""Relative difference below which two accumulated costs count as equal."""
 
 
 @dataclass(frozen=True)
 class Trellis:
-    """Disparities that a path may have at each sample, and the costs of its steps.
+    """Disparities that a path may have at each sample, and costs of the steps between samples.
 
     Attributes
     ----------
@@ -57,16 +57,18 @@ class Trellis:
 
     @property
     def margin(self) -> int:
-        """Number of padding nodes on each side of a sample's disparities, for the steps of the next sample."""
+        """Number of padding nodes on each side of a sample's disparities, which the steps to the next sample need."""
         return max(self.steps) - min(self.steps)
 
     @property
     def widths(self) -> np.ndarray:
-        """Nodes of each sample (P,), both margins included."""
+        """Number of nodes of each sample (P,), including the padding on both sides."""
         return self.high - self.low + 1 + 2 * self.margin
 
     def penalties(self, disparity: np.ndarray, step: np.ndarray | int) -> np.ndarray:
-        """Cost of steps k from disparities at sample p - 1 to sample p, by broadcasting [mozerov2006 12].
+        """Return the cost of steps k from disparities at sample p - 1 to disparities at sample p [mozerov2006 12].
+
+        The arguments are broadcast.
 
         mu |k| by default; mu |d + k|, the size of the former disparity, as [mozerov2006 16] is printed.
 
@@ -80,7 +82,7 @@ class Trellis:
         return self.smoothness * np.abs(step if self.penalty == "change" else disparity)
 
     def distances_so_far(self, misfit: np.ndarray, paths: np.ndarray) -> np.ndarray:
-        """Synchronization distance (…, P) along paths, up to and with each sample [mozerov2006 12].
+        """Return the cumulative synchronization distance (…, P) along paths, including each sample [mozerov2006 12].
 
         Parameters
         ----------
@@ -109,7 +111,7 @@ def allowed_disparities(
     start: str = "fixed",
     steps: Sequence[int] = STEPS,
 ) -> Trellis:
-    """Disparities that a path may have at each sample, and the costs of its steps [mozerov2006 13].
+    """Return the disparities that a path may have at each sample, and the costs of its steps [mozerov2006 13].
 
     Parameters
     ----------
@@ -165,7 +167,7 @@ def allowed_disparities(
 
 
 def allocate_costs(nodes: Trellis, pairs: int) -> list[np.ndarray]:
-    """Allocate uninitialised cost arrays (width, pairs), one for each sample."""
+    """Allocate arrays (width, pairs) for the costs, one for each sample, without setting their values."""
     ends = np.cumsum(nodes.widths)
     memory = np.empty((ends[-1], pairs))
     return [memory[end - width : end] for end, width in zip(ends, nodes.widths, strict=True)]
@@ -174,7 +176,9 @@ def allocate_costs(nodes: Trellis, pairs: int) -> list[np.ndarray]:
 def accumulate(
     nodes: Trellis, misfit: Callable[[int, int, int], np.ndarray], out: list[np.ndarray]
 ) -> np.ndarray:
-    """Least cost (pairs,) of a whole path, with S of every node in `out`: the recurrence [mozerov2006 16].
+    """Return the smallest cost (pairs,) of a whole path, by the recurrence [mozerov2006 16].
+
+    The accumulated cost S of every node is written into `out`.
 
     Parameters
     ----------
@@ -212,7 +216,10 @@ def accumulate(
 
 
 def _groups(nodes: Trellis) -> list[tuple[float, list[int]]]:
-    """Steps that share a penalty, and that penalty where it depends on the step alone, dearest first."""
+    """Return groups of steps with the same penalty, most expensive first.
+
+    The penalty is given if it depends on the step only, otherwise it is 0.
+    """
     if nodes.penalty == "as_printed":
         return [(0.0, list(nodes.steps))]
     sizes = sorted({abs(k) for k in nodes.steps}, reverse=True)
@@ -229,7 +236,7 @@ def _cheapest(
     best: np.ndarray,
     other: np.ndarray,
 ) -> np.ndarray:
-    """Least cost (width, pairs) over all steps of the nodes `first` + k … of the sample before."""
+    """Return the smallest cost (width, pairs) over all steps k from nodes `first` + k, … of the previous sample."""
     cheapest = None
     for penalty, steps in groups:
         out = best if cheapest is None else other
@@ -245,7 +252,9 @@ def _cheapest(
 
 
 def backtrack(nodes: Trellis, rows: list[np.ndarray]) -> np.ndarray:
-    """Disparities (P, pairs) of the cheapest paths, from zero at the last sample back [mozerov2006 17].
+    """Return the disparities (P, pairs) of the paths with the lowest cost [mozerov2006 17].
+
+    They are traced back from disparity zero at the last sample.
 
     Parameters
     ----------

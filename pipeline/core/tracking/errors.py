@@ -1,4 +1,4 @@
-"""Errors of a track in mm, and those that the mean performance alone would have.
+"""Errors of a track, mm, and errors of the mean performance without tracking.
 
 The action model without an image is its mean performance; the question is at which phase.  With a constant rate
 nothing of the performer is used but the duration; at the best phase of each frame (`best_phase`)
@@ -14,7 +14,7 @@ from pipeline.skeleton import PELVIS
 
 
 def best_phase(performance: np.ndarray, mean_performance: np.ndarray) -> np.ndarray:
-    """Phases (T,), whole samples, at which the mean performance comes nearest to each frame: the most it can do.
+    """Return the phase (T,), in whole samples, at which the mean performance is nearest to each frame.
 
     Parameters
     ----------
@@ -36,7 +36,9 @@ def best_phase(performance: np.ndarray, mean_performance: np.ndarray) -> np.ndar
 
 
 def joint_error(estimated: np.ndarray, true: np.ndarray) -> np.ndarray:
-    """Mean distance of the other joints in each frame (T,), mm, with the pelvis laid on the true pelvis.
+    """Return the mean distance (T,), mm, between estimated and true joints in each frame.
+
+    The estimated pelvis is first moved to the true pelvis; the mean is over the other joints.
 
     Parameters
     ----------

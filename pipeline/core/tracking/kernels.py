@@ -1,4 +1,4 @@
-"""Compiled loops over the particles of one frame: steps, postures and densities of the image.
+"""Compiled loops over the particles of a frame: steps, postures and image densities.
 
 Symbols as in `prediction` and `likelihood`.  Each loop is what the lines of arrays in its caller's words would be; it
 is compiled: a frame has few particles and many small operations, whose overhead exceeds their work.
@@ -15,7 +15,7 @@ from pipeline.compilation import compiled_exactly
 
 @compiled_exactly
 def step_forward(state, innovations, keep, step, rate_step, rate_bounds, last, after):
-    """Write states that follow from states (S, 2 + b) by innovations; the rate is folded back at its bounds.
+    """Write the next states, from states (S, 2 + b) and innovations; the rate is reflected at its bounds.
 
     A rate that is NaN, without the prior, stays so, and so does the phase.
     """
@@ -37,7 +37,10 @@ def step_forward(state, innovations, keep, step, rate_step, rate_bounds, last, a
 
 @compiled_exactly
 def deviate(state, mean, sd, x):
-    """Write postures x = m(p) + s(p) z (S, b), mean and standard deviation linear between samples."""
+    """Write the postures x = m(p) + s(p) z (S, b) of the particles.
+
+    Mean m and standard deviation s are interpolated linearly between samples.
+    """
     for i in range(len(state)):
         before = int(state[i, 0])
         after = min(before + 1, len(mean) - 1)
@@ -50,7 +53,9 @@ def deviate(state, mean, sd, x):
 
 @compiled_exactly
 def image_misfit(points, matrix, seen, image, weights, free_axes, misfit):
-    """Write sum |r_j|² (S,) of sets of joints (S, J, 3): from their weighted mean along the axes that are free.
+    """Write the sum of squared residuals |r_j|² (S,) of sets of joints (S, J, 3).
+
+    Along free axes, the residuals are relative to their weighted mean.
 
     Parameters
     ----------

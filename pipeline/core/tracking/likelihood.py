@@ -1,4 +1,4 @@
-"""Likelihood of 3D joints given a 2D image of them from a known view angle.
+"""Likelihood of 3D joint positions, given their 2D image from a known view angle.
 
 Symbols
 -------
@@ -29,7 +29,7 @@ from pipeline.validation import require_range
 
 @dataclass(frozen=True)
 class Likelihood:
-    """The image of J joints in T frames from a known view angle, and its noise.
+    """Image of J joints in T frames from a known view angle, with its noise.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class Likelihood:
     noise: float | np.ndarray
     place_known: bool = True
     visible: np.ndarray = field(init=False, repr=False)
-    """True for joints (T, J) in the likelihood."""
+    """Mask (T, J) of joints that were seen and count in the likelihood."""
 
     def __post_init__(self) -> None:
         require_range("noise", np.min(self.noise), above=0)
@@ -67,7 +67,7 @@ class Likelihood:
 
     @cached_property
     def log_peak(self) -> np.ndarray:
-        """Logarithm of the density of images that fit exactly (T,); 0 with no joint seen."""
+        """Log density (T,) of an image that fits exactly; 0 in frames without a visible joint."""
         logarithm = np.where(self.visible, np.log(self.noise), 0.0)
         weights = np.where(self.visible, self.noise**-2.0, 0.0).sum(axis=1)
         count = self.visible.sum(axis=1)
@@ -77,7 +77,7 @@ class Likelihood:
         return np.where(count, peak if self.place_known else peak + 0.5 * width, 0.0)
 
     def log_density(self, joints: np.ndarray, frame: int) -> np.ndarray:
-        """Logarithm of the density (S,) of one frame's image, given S sets of joints (S, J, 3) in mm.
+        """Return the log density (S,) of the image in one frame, given S sets of joints (S, J, 3), mm.
 
         Minus infinity where a joint that was seen has no place.
         """
@@ -97,5 +97,5 @@ class Likelihood:
 
     @cached_property
     def _matrix(self) -> np.ndarray:
-        """From a point to its image (2, 3)."""
+        """Projection matrix (2, 3) from a point to its image."""
         return np.ascontiguousarray(camera.project(np.eye(3), self.view_angle_rad).T)

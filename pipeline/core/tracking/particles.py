@@ -1,4 +1,4 @@
-"""Weighted samples: log-weights, effective sample size, systematic resampling.
+"""Weighted particles: log-weights, effective sample size, systematic resampling.
 
 Weights are kept as natural logarithms, so that a sharp likelihood leaves the best particle a weight of one where
 its plain weight would be zero to double precision.
@@ -10,7 +10,7 @@ import numpy as np
 
 
 def normalise(log_weights: np.ndarray) -> tuple[np.ndarray, float]:
-    """Normalised log-weights (S,), and the logarithm of the former sum of the weights.
+    """Return normalised log-weights (S,), and the logarithm of the sum of the weights before normalisation.
 
     Examples
     --------
@@ -24,7 +24,9 @@ def normalise(log_weights: np.ndarray) -> tuple[np.ndarray, float]:
 
 
 def effective_sample_size(log_weights: np.ndarray) -> float:
-    """Inverse of the sum of squared weights, from normalised log-weights (S,): between 1 and S (equal weights).
+    """Return the effective sample size, the inverse of the sum of squared weights.
+
+    It lies between 1 and S (equal weights) for normalised log-weights (S,).
 
     Examples
     --------
@@ -35,7 +37,9 @@ def effective_sample_size(log_weights: np.ndarray) -> float:
 
 
 def resample_systematically(log_weights: np.ndarray, offset: float) -> np.ndarray:
-    """Indices (S,) of the resampled particles, ascending: particle i occurs S w_i times, rounded up or down.
+    """Return the indices (S,) of the resampled particles, ascending.
+
+    Particle i occurs S w_i times, rounded up or down.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Prediction of postures along the action model, within its bounds, at the performer's own rate.
+"""Prediction of postures along the action model, within its bounds, at the rate of the performer.
 
 Symbols
 -------
@@ -61,7 +61,9 @@ class Dynamics:
 
 
 class Walk:
-    """Predictions from an action model; states (S, 2 + b) hold p, v, and z with the prior or x without it.
+    """Predictions from an action model.
+
+    States (S, 2 + b) contain phase p, rate v, and the deviation z with the prior or the posture x without it.
 
     Parameters
     ----------
@@ -84,7 +86,7 @@ class Walk:
     def draw(
         self, state: np.ndarray | None, count: int, generator: np.random.Generator
     ) -> tuple[np.ndarray, float]:
-        """Innovations (S, 2 + b) whose predictions the model accepts, and the fraction that it first rejected."""
+        """Draw innovations (S, 2 + b) with accepted predictions; return them and the share that was first rejected."""
         innovations = generator.standard_normal((count, 2 + self.mean.shape[1]))
         if not np.isfinite(self.bound) or (state is not None and self.dynamics.diffusion == 0.0):
             return innovations, 0.0
@@ -100,7 +102,7 @@ class Walk:
         return innovations, outside.any(axis=1).mean()
 
     def apply(self, state: np.ndarray | None, innovations: np.ndarray) -> np.ndarray:
-        """States that follow from states by innovations; those of the first frame follow from none."""
+        """Return the next states, from states and innovations; in the first frame, from innovations only."""
         d = self.dynamics
         after = np.empty_like(innovations)
         low, high = np.multiply(d.rate_bounds, d.nominal_rate)
@@ -122,7 +124,7 @@ class Walk:
         return after
 
     def posture(self, state: np.ndarray) -> np.ndarray:
-        """x (S, b) in the aSpace."""
+        """Return the postures x (S, b) of the states in the aSpace."""
         if not self.prior:
             return state[:, 2:]
         x = np.empty((len(state), self.mean.shape[1]))
@@ -131,7 +133,7 @@ class Walk:
 
 
 def learnt_diffusion(performances: np.ndarray, mean: np.ndarray, standard_deviation: np.ndarray) -> float:
-    """Diffusion rate q of deviations, per sample, from the performances of the action model.
+    """Estimate the diffusion q of deviations, per sample, from the performances of the action model.
 
     Parameters
     ----------

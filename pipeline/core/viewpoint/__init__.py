@@ -1,4 +1,4 @@
-"""View angle and coefficients together: zhang2007 section 4.3 and appendix B, zhang2004 section 4.3.
+"""Joint estimation of view angle and coefficients: zhang2007 section 4.3 and appendix B, zhang2004 section 4.3.
 
 The phase of the walker is known, as in the papers.
 

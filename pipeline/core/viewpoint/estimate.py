@@ -1,4 +1,4 @@
-"""View angle and coefficients together: zhang2007 section 4.3 and appendix B, zhang2004 section 4.3.
+"""Joint estimation of view angle and coefficients: zhang2007 section 4.3 and appendix B, zhang2004 section 4.3.
 
 Symbols
 -------
@@ -29,7 +29,7 @@ from pipeline.validation import InvalidInput, require_choice, require_finite, re
 FULL_CIRCLE = (-np.pi, np.pi)
 
 _GRID_STEP_RAD = {"global": np.pi / 90, "published": np.pi / 180}
-"""Step of the search grid: 2 degrees if the best cell is refined, else 1 degree as in appendix B."""
+"""Step of the grid of view angles: 2 degrees if the minimum is refined, 1 degree as in appendix B otherwise."""
 
 
 def estimate(
@@ -42,7 +42,9 @@ def estimate(
     angle_range_rad: tuple[float, float] = FULL_CIRCLE,
     start_rad: float = 0.0,
 ) -> ViewEstimate:
-    """View angle and coefficients of 2D Fourier representations [zhang2007 4.5] [zhang2007 4.6] [zhang2004 14].
+    """Estimate view angle and coefficients from 2D images of walks [zhang2007 4.5] [zhang2007 4.6] [zhang2004 14].
+
+    The images are 2D Fourier representations.
 
     Parameters
     ----------
@@ -108,7 +110,10 @@ def estimate(
 def _observations(
     model: LinearModel, white: WhitenedModel, observed: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, bool]:
-    """Horizontal (A, 75) and vertical (A, 75 or 76, the scaled frequency last) of the observations."""
+    """Return horizontal (A, 75) and vertical parts (A, 75) of the observations, and True if there was a single one.
+
+    With a model of 226 numbers, the vertical part is (A, 76) with the scaled frequency last.
+    """
     observed = np.asarray(observed, float)
     if observed.ndim >= 3 and observed.shape[-1] == 2:
         observed = observed.reshape(*observed.shape[:-3], -1)

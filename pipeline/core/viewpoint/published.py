@@ -1,4 +1,4 @@
-"""View angle and coefficients by the methods of zhang2007 appendix B, from one start or on whole degrees."""
+"""View angle and coefficients by the methods of zhang2007 appendix B: from one start, or on whole degrees."""
 
 from __future__ import annotations
 
@@ -21,7 +21,9 @@ from pipeline.core.viewpoint.view_estimate import ViewEstimate
 def from_one_start(
     white: WhitenedModel, across: np.ndarray, up: np.ndarray, start_rad: float
 ) -> ViewEstimate:
-    """Approach I: differences of 150 numbers, trust region, one start; analytic Jacobian [zhang2007 B.1-B.3].
+    """Estimate by approach I: trust-region least squares from one start [zhang2007 B.1-B.3].
+
+    The 150 differences have an analytic Jacobian.
 
     Parameters
     ----------
@@ -35,7 +37,7 @@ def from_one_start(
     size = white.bx.shape[1]
 
     def differences(v: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Differences [zhang2007 B.1]: horizontal rows [zhang2007 B.2], then vertical ones [zhang2007 B.3]."""
+        """Return the differences [zhang2007 B.1]: horizontal [zhang2007 B.2], then vertical [zhang2007 B.3]."""
         c, s, z = np.cos(v[0]), np.sin(v[0]), v[1:]
         return np.concatenate(
             [
@@ -74,7 +76,7 @@ def best_candidate(
     step_rad: float,
     noise_variance: float,
 ) -> ViewEstimate:
-    """Approach II: the best of the candidates, 181 whole degrees from 0 to pi in the paper.
+    """Estimate by approach II: the best candidate angle on a grid, in the paper 181 whole degrees from 0 to pi.
 
     Parameters
     ----------

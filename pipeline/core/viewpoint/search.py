@@ -1,4 +1,4 @@
-"""Search for the view angle, a function of one variable, over the whole circle.
+"""Search for the view angle with the lowest cost, a function of one variable, over the whole circle.
 
 Symbols
 -------
@@ -22,17 +22,17 @@ from pipeline.core.reconstruction import Gram
 from pipeline.core.viewpoint.view_estimate import ViewEstimate
 
 TOLERANCE_RAD = 1e-10
-"""Step of the view angle at which the search has converged."""
+"""Step of the view angle below which the search has converged."""
 
 _MOST_STEPS = 60
 
 _POLYNOMIAL_STEPS = 5
-"""Largest number of Newton steps from a parabola's minimum; the fourth is at rounding error."""
+"""Largest number of Newton steps from the minimum of a parabola; the fourth is at rounding error."""
 
 
 @dataclass(frozen=True)
 class ReducedCost:
-    """J at one angle for each of A observations, coefficients eliminated.
+    """Cost J, minimised over the coefficients, of A observations at one angle each.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ def global_minimum(
     step_rad: float,
     noise_variance: float | None,
 ) -> ViewEstimate:
-    """The view angle of lowest cost for each of A observations, and the whitened coefficients there.
+    """Return the view angle of lowest cost for each of A observations, with the whitened coefficients.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ def global_minimum(
 
 
 def prefer_lower(best: ViewEstimate, other: ViewEstimate, rows: np.ndarray) -> ViewEstimate:
-    """Minima of A observations, replaced by the second minimum where that is lower by more than rounding.
+    """Replace the minima of A observations by their second minima where these are lower by more than rounding error.
 
     Parameters
     ----------
@@ -138,7 +138,7 @@ def prefer_lower(best: ViewEstimate, other: ViewEstimate, rows: np.ndarray) -> V
 
 
 def candidates(low: float, high: float, step: float) -> tuple[np.ndarray, bool]:
-    """Candidate angles (G,) from low to high, and True if they close the circle.
+    """Return the candidate angles (G,) from low to high, and True if they cover the whole circle.
 
     On the whole circle the end, which is the start again, is left out.
 
@@ -156,7 +156,7 @@ def candidates(low: float, high: float, step: float) -> tuple[np.ndarray, bool]:
 def cost_on_grid(
     gram: Gram, across: np.ndarray, up: np.ndarray, grid: np.ndarray, noise_variance: float | None
 ) -> np.ndarray:
-    """J (A, G) in mm²: every observation at every candidate.
+    """Return the cost J (A, G), mm², of every observation at every candidate angle.
 
     The observations are written in an orthonormal basis of their span (three rows for all views of one
     walker), so that each candidate costs one solve with a handful of right-hand sides, whatever A is.
@@ -184,7 +184,7 @@ def cost_on_grid(
 
 
 def _orthonormal_rows(rows: np.ndarray) -> np.ndarray:
-    """An orthonormal basis of the span of (A, D) rows, by pivoted Gram-Schmidt done twice."""
+    """Return an orthonormal basis of the span of (A, D) rows, by pivoted Gram-Schmidt with reorthogonalisation."""
     left = rows.copy()
     basis = np.empty((0, rows.shape[1]))
     floor = 1e-13 * np.sqrt((rows**2).sum(axis=1).max())
@@ -203,7 +203,7 @@ def _orthonormal_rows(rows: np.ndarray) -> np.ndarray:
 
 
 def local_minima(cost: np.ndarray, grid: np.ndarray, *, closed: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Lowest value (A, G) of the parabola through each cell and its neighbours, and where it is (A, G) rad.
+    """Return the minimum (A, G) of the parabola through each cell and its neighbours, and its angle (A, G), rad.
 
     The value is infinite where a cell is no local minimum.
     """
@@ -219,7 +219,7 @@ def local_minima(cost: np.ndarray, grid: np.ndarray, *, closed: bool) -> tuple[n
 
 
 def lowest_but(height: np.ndarray, excluded: np.ndarray, *, closed: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Cell (A,) and value (A,) of the lowest local minimum away from one cell (A,).
+    """Return the cell (A,) and the value (A,) of the lowest local minimum other than a given cell (A,).
 
     The neighbours of that cell are left out with it: a minimum half way between two cells shows in both.
     """
@@ -236,7 +236,7 @@ def reduced_cost(
     angle: np.ndarray,
     noise_variance: float | None,
 ) -> ReducedCost:
-    """J and its slope at one angle (A,) per observation.
+    """Return J, its slope and the coefficients z at one angle per observation (A,).
 
     z has been eliminated, so J' is the partial derivative at that z.
     """
@@ -257,7 +257,7 @@ def reduced_cost(
 def _polynomial_minimum(
     cost: np.ndarray, cells: np.ndarray, start: np.ndarray, grid: np.ndarray, *, closed: bool
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Minimum (A,) rad of the polynomial through seven cells about `cells`, and its curvature there (A,).
+    """Return the minimum (A,), rad, of the polynomial through seven grid cells, and its curvature there (A,).
 
     Good to some 1e-6 rad on a grid of 2 degrees, so that one step on the cost itself is nearly the last.
     """

@@ -1,4 +1,4 @@
-"""View angles and coefficients that were estimated together, by any method."""
+"""Record of view angles and coefficients that were estimated together."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ from pipeline.shortened import shortened
 
 @shortened
 class ViewEstimate:
-    """View angles and coefficients of A observations (scalars and (N,) where one flat observation was given).
+    """View angles and coefficients of A observations.
+
+    For one flat observation, the arrays have no first axis: scalars, and coefficients (N,).
 
     Attributes
     ----------

@@ -16,7 +16,7 @@ from pipeline.skeleton import ANKLES, LEFT_LEG, PELVIS, RIGHT_LEG, WALKER15
 from pipeline.validation import require_choice
 
 PELVIS_ABOVE_HIPS, STERNUM_BELOW_SHOULDERS = 106.0 / 1500.0, 36.0 / 1500.0
-"""Vertical distances as parts of the height of `stature`."""
+"""Height of the pelvis above the hips, and of the sternum below the shoulders, relative to `stature`."""
 
 HEAD, STERNUM = WALKER15.index("head"), WALKER15.index("sternum")
 HIPS = [LEFT_LEG[0], RIGHT_LEG[0]]
@@ -24,13 +24,13 @@ SHOULDERS = [WALKER15.index("left_shoulder"), WALKER15.index("right_shoulder")]
 
 
 def stature(positions: np.ndarray) -> float:
-    """Height of the centre of the head above the lowest ankle, mm: a stand-in for stature; (T, 15, 3) in."""
+    """Return the height of the head centre above the lowest ankle, mm, in place of stature, from (T, 15, 3)."""
     ankles = positions[:, ANKLES, 2]
     return np.nanmean(positions[:, HEAD, 2]) - np.nanpercentile(ankles, 2)
 
 
 def set_origin(positions: np.ndarray, *, origin: str) -> np.ndarray:
-    """Positions about the mean pelvis (``pelvis_mean``), or horizontally so and above the floor (``floor``)."""
+    """Return the positions relative to an origin: the mean pelvis, or the point on the floor below it."""
     require_choice("origin", origin, ("pelvis_mean", "floor"))
     centre = positions[:, PELVIS].mean(axis=0)
     if origin == "floor":
@@ -39,7 +39,7 @@ def set_origin(positions: np.ndarray, *, origin: str) -> np.ndarray:
 
 
 def redefine(positions: np.ndarray, *, pelvis: str = "measured", sternum: str = "measured") -> np.ndarray:
-    """Return positions (T, 15, 3), mm, of a walk with the pelvis and the sternum by other definitions.
+    """Return the positions (T, 15, 3), mm, of a walk with pelvis and sternum redefined.
 
     Parameters
     ----------

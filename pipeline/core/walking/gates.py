@@ -1,4 +1,4 @@
-"""Checks that a motion is a walk; runs and motion on the spot (kicks, bends, grabs) are rejected.
+"""Checks that a motion is a walk, which reject runs and motion on the spot (kicks, bends, grabs).
 
 Symbols
 -------
@@ -16,19 +16,25 @@ from pipeline.validation import InvalidInput, told_apart
 
 GRAVITY_MM_S2 = 9806.65
 FASTEST_FROUDE, RUNNING_FROUDE, RUNNING_LIFT = 0.8, 0.4, 0.38
-"""Limits of a walk: a run exceeds the first Froude number, or both the second and the lift.
+"""Limits of a walk: a run exceeds the first Froude number, or both the second one and the lift of the ankle.
 
 In 109 recorded walks they are at most 0.44 and 0.3, in four runs at least 0.97 and 0.42.
 """
 ALTERNATION = -0.5
-"""Largest correlation of the two ankles' fore-aft motion: walks have -0.84 at most, bends -0.3 at least."""
+"""Largest correlation between the fore-aft motions of the two ankles in a walk.
+
+Recorded walks have at most -0.84, bends at least -0.3.
+"""
 LEAST_STANCE, SLOWEST_MM_S = 0.15, 100.0
-"""Smallest share of time in which each foot is the lower one, and smallest backward speed of the lower foot."""
+"""Smallest share of time in which each foot is the lower one in a walk, and smallest backward speed of that foot."""
 BOW_DEG = 25.0
-"""Largest range of the trunk's pitch, 5th to 95th percentile: walks have 10, bends at least 50 degrees."""
+"""Largest range of the trunk's pitch (5th to 95th percentile) in a walk.
+
+Recorded walks have 10 degrees, bends at least 50.
+"""
 
 USUAL_W, STRIDE_POWER = (0.115, 0.25), 0.7
-"""Usual range of ``w``, and the power of the stride in its definition.
+"""Usual range of the normalised stride frequency ``w``, and exponent of the stride length in its definition.
 
 120 recorded walks have ``w`` from 0.118 to 0.209.  At half or double the frame rate nearly all are outside.
 """
@@ -37,7 +43,7 @@ _SHOULDERS = [WALKER15.index("left_shoulder"), WALKER15.index("right_shoulder")]
 
 
 def require_walk(level: np.ndarray, frame_rate_hz: float, *, leg_mm: float, speed_mm_s: float) -> None:
-    """Require a walk: feet alternate, each foot stands and swings, the trunk does not bow, and it is not a run.
+    """Require a walk: the feet alternate, each foot stands and swings, the trunk stays upright, and it is not a run.
 
     Parameters
     ----------
@@ -95,7 +101,7 @@ def require_walk(level: np.ndarray, frame_rate_hz: float, *, leg_mm: float, spee
 
 
 def _stance(ankles: np.ndarray, frame_rate_hz: float) -> tuple[np.ndarray, float]:
-    """Index (T,) of the lower ankle of (T, 2, 3), and its backward speed relative to the pelvis, mm/s."""
+    """Return the index (T,) of the lower ankle, and its median backward speed, mm/s, from ankles (T, 2, 3)."""
     lower = ankles[..., 2].argmin(axis=1)
     back = -np.gradient(ankles[..., 1], axis=0)[np.arange(len(lower)), lower] * frame_rate_hz
     return lower, np.median(back)
@@ -104,7 +110,7 @@ def _stance(ankles: np.ndarray, frame_rate_hz: float) -> tuple[np.ndarray, float
 def unusual_cadence(
     level: np.ndarray, frame_rate_hz: float, *, leg_mm: float, speed_mm_s: float, frequency_hz: float
 ) -> str:
-    """Return a remark on steps that are too slow or quick for their length, as at a wrong frame rate; else nothing.
+    """Return a remark if the cadence is unusual for the step length, as with a wrong frame rate; else an empty string.
 
     Parameters
     ----------

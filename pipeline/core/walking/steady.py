@@ -1,4 +1,4 @@
-"""From a recording to a walker: the steady stretch of a clip and its treadmill equivalent (zhang2007 section 2).
+"""Steady stretch of a clip and its treadmill equivalent (zhang2007 section 2).
 
 The papers recorded on a treadmill.  Most recordings are overground: people stand, set off, turn and stop.  Here
 the steady part is found, its path is taken out and its heading is turned to +y, so that what is left is what a
@@ -24,22 +24,22 @@ from pipeline.skeleton import LEFT_LEG, PELVIS, RIGHT_LEG
 from pipeline.validation import InvalidInput, require_choice, told_apart
 
 STANDING_MM = 60.0
-"""Smallest root mean square of the fore-aft distance of the ankles in a walk."""
+"""Smallest root mean square of the fore-aft distance between the ankles in a walk."""
 
 SLOWEST_HZ = 4.0 * SEARCH_HZ[1]
-"""Frames per second below which two harmonics of the quickest stride are not sampled."""
+"""Smallest frame rate; a lower one does not resolve two harmonics of the fastest stride."""
 
 SHORT_STRIDES = 2.0
-"""Strides below which a clip's path cannot be separated from the walk without regressing both together."""
+"""Number of strides below which the path of a clip and the walk have to be regressed together."""
 
 TREADMILL_MM_S = 250.0
-"""Speed of the pelvis below which a walk is on a treadmill."""
+"""Speed of the pelvis below which a walk counts as treadmill walking."""
 
 _TIGHTNESS = (0.4, 0.6, 0.8, 1.0)
-"""Fractions of the speed band for the search, the steadiest first."""
+"""Fractions of the speed band that the search tries, narrowest first."""
 
 _ENOUGH_STRIDES = 2.0
-"""A steadier stretch is preferred if it contains at least this number of strides."""
+"""Smallest number of strides at which a stretch from a narrower speed band is preferred."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class Stretch:
 
 
 def facing(positions: np.ndarray) -> np.ndarray:
-    """Horizontal unit direction that the hips face, (T, 2)."""
+    """Return the horizontal unit direction (T, 2) that the hips face."""
     right = positions[:, RIGHT_LEG[0], :2] - positions[:, LEFT_LEG[0], :2]
     forward = np.stack([-right[:, 1], right[:, 0]], axis=-1)  # z x right
     length = np.linalg.norm(forward, axis=-1, keepdims=True)
@@ -75,20 +75,20 @@ def facing(positions: np.ndarray) -> np.ndarray:
 
 
 def _fore_aft(positions: np.ndarray) -> np.ndarray:
-    """Fore-aft distance of the left ankle from the right one, (T,) mm."""
+    """Return the fore-aft distance (T,), mm, of the left ankle ahead of the right one."""
     between_ankles = positions[:, LEFT_LEG[2], :2] - positions[:, RIGHT_LEG[2], :2]
     return (between_ankles * facing(positions)).sum(axis=-1)
 
 
 def _stride(signal: np.ndarray, frame_rate_hz: float) -> int:
-    """Frames of one stride, from the strongest frequency of the fore-aft distance of the ankles."""
+    """Return the number of frames in a stride, from the strongest frequency of the ankles' fore-aft distance."""
     candidates = np.arange(SEARCH_HZ[0], SEARCH_HZ[1], 0.01)
     power = single_frequency_power(candidates, np.arange(len(signal)) / frame_rate_hz, signal)
     return max(round(frame_rate_hz / candidates[first_lowest(-power)]), 5)
 
 
 def _velocity(path: np.ndarray, window: int, frame_rate_hz: float) -> np.ndarray:
-    """Mean velocity (T, 2) over one cycle around each frame, constant at the ends.
+    """Return the mean velocity (T, 2) over one cycle around each frame; it is constant at the ends.
 
     What sways and surges once or twice a cycle returns after one, so a difference over one cycle does not see
     it; the slope of a regression would.
@@ -100,7 +100,10 @@ def _velocity(path: np.ndarray, window: int, frame_rate_hz: float) -> np.ndarray
 
 
 def longest_run(flags: np.ndarray) -> tuple[int, int]:
-    """Start and stop of the longest run of true flags (T,), the first of equals; 0, 0 without true flags."""
+    """Return start and stop of the longest run of true flags (T,), or 0, 0 if there are none.
+
+    If two runs are equally long, the first is returned.
+    """
     edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(int)))
     if not len(edges):
         return 0, 0
@@ -119,7 +122,7 @@ def steady_stretch(
     turn_rad_s: float = np.radians(45.0),
     cycles: float = 1.0,
 ) -> Stretch:
-    """The longest stretch of steady walking in a clip.
+    """Find the longest stretch of steady walking in a clip.
 
     Steady: every joint seen, the speed of the pelvis (over about one cycle) within a band of its median, and
     the heading changing slowly.  Narrower bands are tried first and taken where they leave two strides.
@@ -195,7 +198,7 @@ def steady_stretch(
 
 
 def _require_strides(strides: float, cycles: float, distance_mm: float) -> None:
-    """Require enough strides, and ankles that pass each other by some distance (rms)."""
+    """Require enough strides, and a minimum fore-aft distance between the ankles (root mean square)."""
     if strides < cycles:
         raise InvalidInput(
             "no steady walking: the steady stretch is too short",
@@ -215,7 +218,7 @@ def _require_strides(strides: float, cycles: float, distance_mm: float) -> None:
 
 
 def _running_mean(path: np.ndarray, window: int) -> np.ndarray:
-    """Mean of (T, 2) over an odd `window` of frames around each; at the ends, the straight line through it."""
+    """Return the running mean of a path (T, 2) over an odd number of frames; straight lines at the ends."""
     total = np.concatenate([np.zeros((1, 2)), np.cumsum(path, axis=0)])
     offset = np.arange(window) - window // 2
 
@@ -229,7 +232,7 @@ def _running_mean(path: np.ndarray, window: int) -> np.ndarray:
 def treadmill_equivalent(
     positions: np.ndarray, frame_rate_hz: float, *, locomotion: str, path: str = "cubic"
 ) -> np.ndarray:
-    """Treadmill equivalent (T, 15, 3) of a steady stretch, mm: path subtracted, heading along +y.
+    """Return the treadmill equivalent (T, 15, 3), mm, of a steady stretch: without its path, heading along +y.
 
     Parameters
     ----------
@@ -270,7 +273,9 @@ def treadmill_equivalent(
 
 
 def step_heading(coefficients: np.ndarray) -> float:
-    """Direction of the steps, rad from +y towards -x, of a walk along about +y: the main horizontal axis of the ankles.
+    """Return the direction of the steps, rad from +y towards -x, in a walk that heads roughly along +y.
+
+    It is the main horizontal axis of the motion between the ankles.
 
     Parameters
     ----------
@@ -292,7 +297,7 @@ def step_heading(coefficients: np.ndarray) -> float:
 
 
 def turn_about_vertical(positions: np.ndarray, angle_rad: float | np.ndarray) -> np.ndarray:
-    """Positions (…, 3) turned about z, counter-clockwise seen from above."""
+    """Return the positions (…, 3) rotated about z, counter-clockwise seen from above."""
     c, s = np.cos(angle_rad), np.sin(angle_rad)
     x, y = positions[..., 0], positions[..., 1]
     return np.stack([c * x - s * y, s * x + c * y, positions[..., 2]], axis=-1)

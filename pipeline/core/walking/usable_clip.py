@@ -30,7 +30,7 @@ class BridgedClip:
 def bridge_gaps(
     positions: np.ndarray, valid: np.ndarray, frame_rate_hz: float, *, gap_s: float
 ) -> BridgedClip:
-    """The clip with gaps of at most `gap_s` between measured frames interpolated, without extrapolation.
+    """Return the clip with gaps of at most `gap_s` seconds interpolated; the ends are not extrapolated.
 
     Parameters
     ----------

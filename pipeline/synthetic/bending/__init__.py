@@ -1,4 +1,4 @@
-"""Synthetic performances of bending to the floor, with known timing.
+"""Synthetic recordings of people who bend to the floor, with known timing.
 
 `bending_performances` generates the performances.  `correspondence` returns the true warp between two of them.
 """

@@ -1,4 +1,4 @@
-"""Joint centres of a person who bends to the floor and rises again, at phases of the action.
+"""Joint centres of a person who bends to the floor and rises again, at given phases of the action.
 
 Steps
 -----
@@ -23,23 +23,28 @@ from pipeline.synthetic.walkers.person import SIDE, Person, leaning
 
 LEG_MASSES, UPPER_MASS = {"thigh": 0.200, "shank": 0.093}, 0.678
 LEG_CENTRE, UPPER_CENTRE = 0.433, 0.626
-"""Masses of both thighs, both shanks, and head, arms and trunk, as fractions of body mass, and their centres.
+"""Mass fractions of both thighs, both shanks and the upper body, and positions of their centres of mass.
+
+The upper body is head, arms and trunk.
 
 The centres are fractions of the distance from the upper end of thigh and shank, and from the hips to the shoulders.
 Published: Winter 2009 table 4.1."""
 
 MAX_FLEXION = np.radians(135.0)
-"""Largest flexion of knee and hip.  Assumed."""
+"""Largest flexion of knee and hip, radians.  Assumed."""
 
 MIN_BEND = np.radians(4.0)
-"""Smallest flexion of a standing knee, which sets the largest height of the hips.  Assumed."""
+"""Smallest knee flexion in standing, radians; it sets the largest height of the hips.  Assumed."""
 
 _DEEPEST = (DOWN[1] + UP[0]) / 2.0
 _DEPTHS = (0.2, 1.6)
 
 
 def bend(person: Person, manner: Manner, phase: np.ndarray, sway: dict[str, np.ndarray]) -> np.ndarray:
-    """Return joint centres (F, 15, 3), mm, in WALKER15 order, facing +y, at phases (F,) of the action."""
+    """Return the joint centres (F, 15, 3), mm, at phases (F,) of the action.
+
+    The joints are in WALKER15 order.  The person faces +y.
+    """
     no_sway = dict.fromkeys(SWAY, np.zeros(1))
     target = manner.statures[0] * person.body.stature
     share = np.array([1.0 - manner.one_handed, 1.0 + manner.one_handed]) / 2.0
@@ -111,7 +116,10 @@ def _posture(
 def _balanced(
     person: Person, knee: np.ndarray, hip: np.ndarray, ahead: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the tilt of the trunk (F,) and the pelvis (F, 3), mm; the centre of mass is `ahead` mm of the ankles."""
+    """Return the tilt of the trunk (F,), radians, and the position of the pelvis (F, 3), mm, of a balanced person.
+
+    The centre of mass is `ahead` (F,) mm in front of the ankles.
+    """
     thigh, shank = person.body.thigh.mean(), person.body.shank.mean()
 
     def along(tilt: np.ndarray) -> np.ndarray:
@@ -134,7 +142,7 @@ def _balanced(
 
 
 def _excess_height(person: Person, hips: np.ndarray, ankles: np.ndarray) -> float:
-    """Largest height of the hips above the reach of the legs, mm; 0 if the legs reach them."""
+    """Return the largest height of the hips above the reach of the legs, mm, over all frames; 0 if always in reach."""
     thigh, shank = person.body.thigh[:, 0], person.body.shank[:, 0]
     reach = np.sqrt(thigh**2 + shank**2 + 2.0 * thigh * shank * np.cos(MIN_BEND))
     leg = hips - ankles
@@ -143,7 +151,10 @@ def _excess_height(person: Person, hips: np.ndarray, ankles: np.ndarray) -> floa
 
 
 def _knees(person: Person, hips: np.ndarray, ankles: np.ndarray, opened: np.ndarray) -> np.ndarray:
-    """Return knees (2, F, 3), mm, between hips and ankles, in planes turned out by `opened` (2, F)."""
+    """Return the knees (2, F, 3), mm, from the hips and ankles.
+
+    The plane of each leg is turned outwards by `opened` (2, F), radians.
+    """
     line = ankles - hips
     distance = np.linalg.norm(line, axis=-1, keepdims=True)
     line = line / distance
@@ -166,7 +177,7 @@ def _arms(
     right: np.ndarray,
     shoulders: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return elbows and wrists, each (2, F, 3), mm; the idle arm stays bent near the trunk."""
+    """Return elbows and wrists, each (2, F, 3), mm; the arm that does not reach stays bent near the trunk."""
     angles = manner.angles
     idle = np.array([[manner.one_handed], [0.0]])
     forward = np.array([[angles["left_arm"]], [angles["right_arm"]]])

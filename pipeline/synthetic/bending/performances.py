@@ -17,18 +17,18 @@ from pipeline.synthetic.walkers.person import Person, draw_person
 from pipeline.validation import require_count, require_range
 
 FRAMES_SD, MIN_FRAMES = 0.15, 10
-"""Standard deviation of the logarithm of the durations, and smallest mean duration in frames."""
+"""Standard deviation of the log duration of a performance, and smallest mean duration, frames."""
 
 MAX_OFFSET_MM, FACING_SD = 500.0, np.radians(6.0)
-"""Largest offset on the floor in x and y, and standard deviation of a person's heading between performances."""
+"""Largest offset on the floor in x and in y, and SD of a person's heading between performances, radians."""
 
 SUBJECT_SHARE = 0.5
-"""Share of the variance of durations and rates that is between people."""
+"""Share of the variance of durations and rates that lies between people; the rest is within people."""
 
 
 @shortened
 class BendingPerformances:
-    """Performances of an action with ground truth.
+    """Synthetic performances of bending, with the true phase of each frame.
 
     Attributes
     ----------
@@ -61,7 +61,9 @@ def bending_performances(
     rate_spread: float = 0.3,
     marker_noise_mm: float = 0.5,
 ) -> BendingPerformances:
-    """Generate performances of bending; by default forty, of a hundred frames on average [mozerov2006 2].
+    """Generate performances of bending to the floor [mozerov2006 2].
+
+    The defaults are forty performances with an average of a hundred frames.
 
     Parameters
     ----------
@@ -140,7 +142,7 @@ def bending_performances(
 
 
 def _placed(joints: np.ndarray, yaw: float, rng: np.random.Generator) -> np.ndarray:
-    """Rotate joints (F, 15, 3) about the vertical, and shift them by a random offset on the floor."""
+    """Rotate the joints (F, 15, 3) about the vertical, and shift them by a random offset on the floor."""
     cos, sin = np.cos(yaw), np.sin(yaw)
     turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
     return joints @ turn.T + [*rng.uniform(-MAX_OFFSET_MM, MAX_OFFSET_MM, 2), 0.0]

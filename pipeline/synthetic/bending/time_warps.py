@@ -10,13 +10,16 @@ from __future__ import annotations
 import numpy as np
 
 WAVES = 4
-"""Number of waves; the k-th has k half periods within a performance, and 1/k of the first's standard deviation."""
+"""Number of waves in the logarithm of the rate.
+
+Wave k has k half periods within a performance.  Its standard deviation is 1/k of that of the first wave.
+"""
 
 _GRID = 2001
 
 
 def draw_waves(generator: np.random.Generator, spread: float) -> np.ndarray:
-    """Draw amplitudes (2, K) of the cosine and sine waves of the logarithm of a rate.
+    """Draw the amplitudes (2, K) of the cosine and sine waves in the logarithm of the rate.
 
     Parameters
     ----------
@@ -29,7 +32,7 @@ def draw_waves(generator: np.random.Generator, spread: float) -> np.ndarray:
 
 
 def warp(waves: np.ndarray, frames: int) -> np.ndarray:
-    """Return the phase (F,), in [0, 1], at equally spaced times from the start to the end.
+    """Return the phase (F,), in [0, 1], at equally spaced times from the start to the end of a performance.
 
     Parameters
     ----------
@@ -45,7 +48,9 @@ def warp(waves: np.ndarray, frames: int) -> np.ndarray:
 
 
 def correspondence(phase_n: np.ndarray, phase_m: np.ndarray) -> np.ndarray:
-    """Return the fractional frames (F_n,) of performance m at the phases of performance n.
+    """Return the fractional frame index (F_n,) in performance m that corresponds to each frame of performance n.
+
+    Corresponding frames have the same phase.
 
     Parameters
     ----------

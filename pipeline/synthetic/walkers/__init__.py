@@ -1,4 +1,4 @@
-"""Synthetic population of walkers on a treadmill, from bodies, joint angles and strides.
+"""Synthetic population of people walking on a treadmill, from body sizes, joint angles and stride timing.
 
 `walking_population` generates all walkers, with true stature, speed and stride frequency.  `members` and `walker`
 generate them one by one.

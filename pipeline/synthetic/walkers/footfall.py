@@ -1,4 +1,4 @@
-"""Contact of the feet: the rolling foot, the weight on each leg, and the correction that keeps feet on the belt.
+"""Contact of the feet: rolling of the foot, weight on each leg, and correction that keeps feet on the belt.
 
 Legend: e thigh elevation, k knee flexion, l1 thigh, l2 shank.  Arrays are (space, side, frame); sides are
 ordered left, right; phases (side, frame) are in cycles, 0 at a leg's own contact.
@@ -16,13 +16,16 @@ from pipeline.synthetic.walkers import normative_gait as norm
 from pipeline.synthetic.walkers.person import Person
 
 _STEP = 1e-5
-"""Step of finite differences, in radians or as a fraction."""
+"""Step size of finite differences: in radians for angles, as a fraction for scale factors."""
 
 _FOOT_PITCH = PchipInterpolator(norm.FOOT_PHASES, np.radians(norm.FOOT_PITCH_DEG))
 
 
 def rolling_foot(person: Person, phase: np.ndarray, gains: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Position of the ankle ahead of that over a flat foot, and its height: two arrays like `phase`, mm."""
+    """Return the forward shift and the height of the ankle over a rolling foot, mm, two arrays (2, T).
+
+    The shift is relative to the ankle over a flat foot.
+    """
     pitch = _FOOT_PITCH(phase % 1.0)
     pitch = pitch * np.where(pitch > 0, gains[0], gains[1])
     # The foot rotates about the heel while the toes are up, and about the ball while the heel is up.
@@ -33,7 +36,7 @@ def rolling_foot(person: Person, phase: np.ndarray, gains: np.ndarray) -> tuple[
 
 
 def weight_shares(phase: np.ndarray) -> np.ndarray:
-    """Shares of body weight on the two legs, (2, T), with sum one."""
+    """Return the shares (2, T) of body weight on the left and right leg; they sum to one."""
     within = phase % 1.0
     handover = norm.TOE_OFF - 0.5
     share = np.clip(np.minimum(within, norm.TOE_OFF - within) / handover, 0.0, 1.0)
@@ -42,7 +45,7 @@ def weight_shares(phase: np.ndarray) -> np.ndarray:
 
 
 def keep_to_floor(person: Person) -> Person:
-    """Return the most similar person whose feet stay on the floor and move with the belt.
+    """Return the person, changed as little as possible so that feet stay on the floor and move with the belt.
 
     Independently drawn angles do not satisfy this.  Gauss–Newton least squares adjusts the landmark values of thigh and
     knee, the scale of the thigh's excursion, the excursions of the foot, and the surge and bob of the pelvis.  The

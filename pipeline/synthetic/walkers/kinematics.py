@@ -1,4 +1,4 @@
-"""Joint centres from joint angles, for a chain of rigid segments that stands on a belt.
+"""Joint centres from joint angles, for a chain of rigid segments that walks on a belt.
 
 Legend: arrays are (space, side, frame) until the last line of `walk`; sides are ordered left, right.
 """
@@ -16,7 +16,7 @@ from pipeline.synthetic.walkers.strides import Strides
 
 
 def walk(person: Person, strides: Strides, frame_rate_hz: float) -> np.ndarray:
-    """Joint centres of a walk, (T, 15, 3) mm, in WALKER15 order, with the floor at z = 0."""
+    """Return the joint centres (T, 15, 3), mm, of a walk, in WALKER15 order, with the floor at z = 0."""
     phase, gains = strides.phase, strides.gains
 
     # Legs: angles first, in the plane of each leg.
@@ -60,7 +60,10 @@ def walk(person: Person, strides: Strides, frame_rate_hz: float) -> np.ndarray:
 
 
 def _knees(person: Person, thigh: np.ndarray, knee: np.ndarray, lean: np.ndarray) -> np.ndarray:
-    """Knees relative to the hips, (3, 2, T) mm: in front of the line hip–ankle, turned out about it."""
+    """Return the knees relative to the hips, (3, 2, T) mm.
+
+    The knee is in front of the line from hip to ankle, and turned outwards about this line.
+    """
     # Angle between the thigh and the line hip–ankle, in the plane of the leg.
     bend = np.arctan2(person.body.shank * np.sin(knee), person.body.thigh + person.body.shank * np.cos(knee))
     inclination = thigh - bend
@@ -75,7 +78,7 @@ def _knees(person: Person, thigh: np.ndarray, knee: np.ndarray, lean: np.ndarray
 def _upper_body(
     person: Person, phase: np.ndarray, gain: np.ndarray, pelvis: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return sternum (3, T), head (3, T), shoulders (3, 2, T), mm, and the rotation of the thorax (T,), radians."""
+    """Return sternum (3, T), head (3, T), shoulders (3, 2, T), mm, and axial rotation of the thorax (T,), radians."""
     lean = person.opposed("trunk_sway", phase) * gain
     up = leaning(person.shared("trunk_lean", phase), lean)
     sternum = pelvis + person.body.trunk * up
@@ -93,7 +96,7 @@ def _upper_body(
 def _arms(
     person: Person, phase: np.ndarray, gain: np.ndarray, yaw: np.ndarray, shoulders: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return elbows and wrists, each (3, 2, T) mm; the arms swing in planes that rotate with the thorax."""
+    """Return elbows and wrists, each (3, 2, T) mm; the planes of arm swing rotate with the thorax."""
     swing = person.curve("upper_arm", phase, gain)
     bend = norm.stopped(person.curve("elbow", phase, gain), norm.ELBOW_STOP_DEG)
     still = np.zeros_like(yaw)
