@@ -233,5 +233,5 @@ def test_the_digits_that_hold_are_stated_for_tables_that_there_are() -> None:
 def test_the_claims_are_judged_where_the_figures_are(say: Callable, smoke_results: Path) -> None:
     message = say("claims", "scale=smoke", f"results={smoke_results}")
     assert message.status == 0
-    assert "zhang2007_two_harmonics_share" in message.out
+    assert "variance of two harmonics" in message.out
     assert len(tables.read(smoke_results / "synthetic" / "smoke" / "claims.csv")["claim"]) > 0
