@@ -228,7 +228,7 @@ def test_the_summary_of_figures(tmp_path: Path) -> None:
     assert ["one", "10.00", "0.50", "12.25", "ingest", "model"] in rows
     assert ["two", "10.00", "0.50", "12.25", "-"] in rows
     assert text.count(f"{tmp_path}/") == 1
-    assert "Files: 2 tables, 1 recording." in text
+    assert "Files: 4 tables, 2 recordings." in text
     assert "Made in 11.5 s with 24.5 s of processor time" in text
     assert "ingest 2.0, dataset 4.0, model 6.0, sweep 7.0, figure 1.0" in text
     assert text.count("look") == text.count("again") == 1
