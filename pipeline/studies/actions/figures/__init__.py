@@ -1,1 +1,1 @@
-"""Figures of mozerov2006, and three figures of our own."""
+"""Four figures of mozerov2006 and three figures of our own."""
