@@ -48,7 +48,7 @@ class Experiment(Options):
 
     @property
     def published_in(self) -> Path:
-        """Folder in which figures of this data set and scale are published, if their presets are unchanged."""
+        """Folder in which figures with unchanged presets are published, for this data set and scale."""
         return Path(self.results) / self.data.name / self.scale.name
 
     def validate(self) -> None:

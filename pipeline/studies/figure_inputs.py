@@ -59,7 +59,7 @@ class FigureInputs(Generic[DatasetT, ModelT, SweepT]):
 
     @property
     def _drawn(self) -> str:
-        """Words on the displayed population and why it is displayed; empty for the preset's data."""
+        """Words that name the displayed synthetic population and the reason for its choice; empty for other data."""
         if not self.population:
             return ""
         error = re.sub("_(mm2?|deg)$", "", self.experiment.figure.traits.ranked_by[1]).replace("_", " ")

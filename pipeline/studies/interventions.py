@@ -21,7 +21,7 @@ from pipeline.validation import InvalidInput
 
 @dataclass(frozen=True)
 class Switch:
-    """Set of option changes, and the figures that are computed with these changes.
+    """Option changes with a common name, and the figures that are computed with the changes.
 
     Attributes
     ----------

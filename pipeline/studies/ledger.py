@@ -37,7 +37,7 @@ MAX_MISSING = 0.05
 """Largest share of replicates that may lack a value; above, no interval is computed."""
 
 SHARES = ("percent", "mean_percent", "percent_below", "larger", "smaller")
-"""Measures whose value is a share of rows or walkers, and those that select the larger or smaller share."""
+"""Measures whose value is a share of rows or walkers, or the larger or smaller of several shares."""
 
 EXTREMES = ("largest", "smallest")
 """Measures whose bootstrap replicates never exceed the value of the sample, in the direction of the extreme."""
@@ -165,7 +165,7 @@ def _estimate(
     *,
     extreme: bool = False,
 ) -> papers.Estimate:
-    """Return a value with its 95 % interval, without an interval if too few replicates have a value.
+    """Return a value with its 95 % interval, or without an interval if too few replicates have a value.
 
     A replicate may lack all rows that a measure reads, such as every clip of walking; such replicates are ignored.
     The maximum of a bootstrap sample never exceeds that of the sample, although other people may exceed it.  If no
@@ -195,10 +195,10 @@ def _estimate(
 def _with_clopper_pearson(
     share: papers.Estimate, measure: papers.Measure, drawn: Replicates | None
 ) -> papers.Estimate:
-    """Return a share; one of 0 or 100 % gets a Clopper-Pearson interval, because its bootstrap variance is zero.
+    """Return a share with its interval, which is a Clopper-Pearson interval for a share of 0 or 100 %.
 
-    The interval assumes independent rows, which equal rows cannot disprove.  Shares of views are returned unchanged,
-    because views are not sampled.
+    The bootstrap variance of such a share is zero.  The interval assumes independent rows, which equal rows cannot
+    disprove.  Shares of views are returned unchanged, because views are not sampled.
     """
     if drawn is None or not _is_share(measure):
         return share
@@ -344,7 +344,10 @@ def judge_figure(
     smoke: bool = False,
     overridden: bool = False,
 ) -> list[papers.Verdict]:
-    """Return the verdicts on claims that need only this figure, from its tables by file name without suffix."""
+    """Return the verdicts on the claims that one figure alone can decide.
+
+    The keys of `figure_tables` are file names without suffix.
+    """
     by_name = {_name(figure, name): table for name, table in figure_tables.items()}
     alone = [c for c in _claims([figure]) if all(name.split("/")[0] == figure for name in c.tables)]
     return judge(alone, by_name, data_name, measures=measures, smoke=smoke, overridden=overridden)

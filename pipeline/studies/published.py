@@ -1,4 +1,4 @@
-"""Published values in ``results/published.csv``, and the tables of documentation and page made from them.
+"""Published values in ``results/published.csv``, and tables for the documentation and the report page.
 
 The file has a row for each of our values of claims and quantities and for each count of verdicts, by data set, with the
 commit.  `measured` returns the rows of a folder of published figures, `filled` and `rendered` the tables.
@@ -211,7 +211,7 @@ def _templates(row: Mapping[str, Any]) -> list[str]:
 
 
 def _filled(templates: Sequence[str], values: Mapping[str, float]) -> str:
-    """Return the first template whose values are all known, filled in; an empty string if there is none."""
+    """Return the first template whose values are all known, filled in, or an empty string without such a template."""
     for template in templates if values else ():
         if set(placeholders(template)) <= set(values):
             return template.format_map({name: _Printed(value) for name, value in values.items()})

@@ -162,7 +162,7 @@ _INTERVALS = ContextVar("_INTERVALS", default=True)
 
 @contextmanager
 def without_intervals() -> Iterator[None]:
-    """Context without the computation of intervals, which are NaN; saves time if they are not read."""
+    """Context in which intervals are not computed but are NaN, which saves time where no interval is read."""
     before = _INTERVALS.set(False)
     try:
         yield
@@ -306,7 +306,7 @@ def _labels(
 
 
 def _rows_behind(name: str, tables: Mapping[str, pd.DataFrame]) -> tuple[str, pd.DataFrame]:
-    """Return the kind of the clusters of a table, empty if it has none, and the rows that are resampled."""
+    """Return the kind of a table's clusters, an empty string without clusters, and the rows to resample."""
     stem = name if "/" in name else f"{name}/table"
     stem = stem.removesuffix("_people")
     for candidate in (f"{stem}_populations", f"{stem}_draws", f"{stem}_people", name):

@@ -140,7 +140,7 @@ def columns_of(expression: str) -> list[str]:
 
 
 def require_columns(table: Table, *columns: str) -> None:
-    """Raise InvalidInput if a table lacks one of these columns."""
+    """Raise InvalidInput if a table lacks one of the given columns."""
     for column in columns:
         if column not in table.columns:
             raise InvalidInput(

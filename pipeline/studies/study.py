@@ -200,7 +200,7 @@ class Sweep(Options, ABC):
         require_bounds("sweep", self)
 
     def modules(self) -> list[str]:
-        """Return the modules that compute the result in addition to the sweep's own, such as those of methods."""
+        """Return further modules that compute the result, such as the modules of the selected methods."""
         return []
 
     def further_files(self, data: Data) -> dict[str, Path]:
@@ -214,7 +214,7 @@ class Sweep(Options, ABC):
         return {}
 
     def with_methods(self, names: Sequence[str]) -> Sweep:
-        """Return the sweep with those of the named methods added that it can compare."""
+        """Return a copy of the sweep that also compares the named methods, where the sweep supports them."""
         return self
 
     def of_populations(self) -> Sweep:
@@ -222,9 +222,9 @@ class Sweep(Options, ABC):
         return self
 
     def population_parts(self) -> list[Sweep]:
-        """Return the parts of the sweep of further populations.
+        """Return the sweeps into which the measurement of a further population is divided.
 
-        Figures that need less run only the first parts.
+        Figures that need fewer measurements run only the first sweeps.
         """
         return [self.of_populations()]
 
@@ -413,7 +413,7 @@ def stacked(parts: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
 
 @dataclass(frozen=True)
 class Study:
-    """Study: a group of option classes, by their command-line names.
+    """Study, a group of option classes with command-line names.
 
     Attributes
     ----------

@@ -100,7 +100,7 @@ def performances_of(dataset: Postures) -> list[Performance]:
 
 
 def standing(recorded: np.ndarray, postures: np.ndarray, floor_mm: float) -> np.ndarray:
-    """Return recorded joints (F, 15, 3), mm, moved over the origin, onto the floor and to the postures' heading.
+    """Return recorded joints (F, 15, 3), mm, moved to the origin and the floor, with the heading of the postures.
 
     Parameters
     ----------

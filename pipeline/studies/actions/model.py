@@ -27,13 +27,13 @@ ALIGNMENTS = ("raw", "linear", "keyframe", "synchronized")
 """
 
 MAX_RELATIVE_DISTANCE = 1.5
-"""Limit of the global distance over the median one; a performance above may be of another action.
+"""Largest usual ratio of a performance's global distance to the median over performances.
 
-Such a performance is reported only if it is also outside the bounds of a model learnt without it, at all samples.
+A performance above it may be of another action, if it is also outside the bounds learnt without it at all samples.
 """
 
 MAX_VARIANCE_LEFT = 0.8
-"""Limit of the share of variance that synchronization leaves; above, motions are unrelated.
+"""Largest share of variance left by synchronization; motions with a larger share are unrelated.
 
 Bends and squats leave up to 0.44, unrelated motions 0.95 or more.
 """

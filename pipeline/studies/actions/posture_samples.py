@@ -31,7 +31,7 @@ without synchronization.
 """
 
 TAIL_MM, TAIL_SHARE = 100.0, 95.0
-"""Visible distance, mm, about the breadth of a knee, and percentile of the distances that is reported.
+"""Distance that is clearly visible, mm (a knee's breadth), and the percentile of distances that is reported.
 
 The paper says that "only" plausible postures are accepted, which is a statement about the tail.
 """
@@ -193,7 +193,7 @@ class _Action:
         generator: np.random.Generator,
         at: int,
     ) -> np.ndarray:
-        """Return postures (count, b) of one of `KINDS`; `models` are those with and without synchronization."""
+        """Return postures (count, b) of one of `KINDS`; the two models are with and without synchronization."""
         if kind == "training":
             return self.performances[:, at]
         draws = beyond if kind == "outside" else action_model.sample

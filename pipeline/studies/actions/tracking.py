@@ -1,4 +1,4 @@
-"""Tracking of held-out performances from 2D images, with the action model as prior and by baselines.
+"""Tracking of held-out performances from 2D images, with the action model as prior and with baselines.
 
 mozerov2006 learns the action model for this purpose but describes no tracker (sections 1 and 4).
 """
@@ -118,7 +118,7 @@ class HeldOutTracking(Sweep):
         return [LeaveOut.performance], ["tracking: there is only one person, so no person is left out"]
 
     def measure(self, inputs: ActionInputs) -> TrackingErrors:
-        """Return the tracking errors; for each performance, the model is learnt from the remaining ones.
+        """Return the tracking errors; each model is learnt from the performances that are not held out.
 
         Raises
         ------

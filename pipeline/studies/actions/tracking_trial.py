@@ -1,4 +1,4 @@
-"""Tracking of one held-out performance, with the action model as prior and by baselines."""
+"""Tracking of one held-out performance, with the action model as prior and with baselines."""
 
 from __future__ import annotations
 

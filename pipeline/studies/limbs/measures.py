@@ -142,7 +142,7 @@ def reliable_root_error(table: Table, camera: str, high: float, error: str = "ch
 def least_unreliable_root_error(
     table: Table, camera: str, high: float, error: str = "child_error_ratio"
 ) -> Number:
-    """Smallest error of the root at which the child's median error is above `high`; NaN if there is none."""
+    """Smallest error of the root at which the child's median error is above `high`, or NaN without such an error."""
     rows, abscissa, curve = _root_errors(table, camera, error)
     if not abscissa.size:
         return rows.no_number

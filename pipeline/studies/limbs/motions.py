@@ -235,9 +235,9 @@ class _Reconstruction:
         }
 
     def camera_outside_basis(self) -> float:
-        """Return the part of the camera's path about its mean that the basis cannot represent, relative to the path.
+        """Return the relative residual in the basis of the camera's path, after its mean is subtracted.
 
-        The part is 0 for a still camera.
+        The residual is 0 for a still camera.
         """
         path = np.broadcast_to(self.camera.centre, (len(self.truth), 3))
         about = path - path.mean(axis=0)

@@ -98,7 +98,7 @@ def better_of_mirrors(truth: np.ndarray, skeleton: Reconstruction) -> np.ndarray
 
 
 def acceleration_ratio(positions: np.ndarray, truth: np.ndarray) -> np.ndarray:
-    """Return the rms acceleration of reconstructions (…, F, 15, 3) over that of the truth, shape (…).
+    """Return the ratio (…) of rms accelerations, reconstructions (…, F, 15, 3) to the truth (F, 15, 3).
 
     Positions are relative to the pelvis.
     """

@@ -188,7 +188,7 @@ class KnownView(Sweep):
     """True if the sweep measures the errors of approach II for every sigma²."""
 
     def population_parts(self) -> list[Sweep]:
-        """Return two sweeps: without errors for every sigma², and with only these errors."""
+        """Return two sweeps, one without the errors for every sigma² and one with nothing but such errors."""
         paths = _Paths(view_angle_deg=self.view_angle_deg, sigma2_mm2=self.sigma2_mm2, truth=self.truth)
         return [_WithoutPaths(**vars(self)), paths]
 

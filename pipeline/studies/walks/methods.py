@@ -276,7 +276,7 @@ BASELINES = {
         _with_one_eigenwalker(MAP, "one eigenwalker, MAP", "sky"),
     )
 }
-"""Baselines, which are evaluated together with the methods that are compared with them."""
+"""Baselines, which are evaluated in every sweep together with the methods to compare."""
 
 
 # --- the registry -----------------------------------------------------------------------------------------

@@ -33,7 +33,7 @@ def nested_choice(
 ) -> np.ndarray:
     """Return, for each walker (R,), the index of the sigma² with the smallest error on other people.
 
-    All models for this choice leave out the walker and the people on whom the error is computed.
+    Every model leaves out the walker, and also the people in the test of the model.
 
     The result is empty for fewer than four people, because each model leaves out two.
 

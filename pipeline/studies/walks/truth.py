@@ -29,8 +29,8 @@ PROPORTIONS = {
 }
 """Accepted ranges of lengths relative to leg length [Drillis & Contini 1966; Gordon et al. 1989].
 
-They include adults and children, with a margin for the definitions of joints.  For the last one, the height of the head
-above the sternum is used.
+The ranges include adults and children, with a margin for the definitions of joints.  For the last range, the height of
+the head above the sternum is used.
 """
 
 LIMBS = (("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "wrist"))

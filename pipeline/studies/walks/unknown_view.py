@@ -1,4 +1,4 @@
-"""Experiment 2: estimation of the view angle from every view, by a model learnt without the walker.
+"""Experiment 2: estimation of the view angle of every walker, by a model learnt without the walker.
 
 zhang2007 4.5, 4.6, zhang2004 14.
 """
@@ -118,7 +118,7 @@ class UnknownView(Sweep):
                 )
 
     def with_methods(self, names: Sequence[str]) -> UnknownView:
-        """Return the sweep with those of the named methods added that estimate a view."""
+        """Return a copy of the sweep with further methods, namely the named methods that estimate a view."""
         able = [each.name for each in methods.chosen(names) if each.estimate]
         return replace(self, methods=list(dict.fromkeys([*self.methods, *able])))
 

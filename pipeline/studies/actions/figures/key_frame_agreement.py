@@ -30,7 +30,7 @@ from pipeline.studies.figure_inputs import sd
 def sequence_differences(
     action: Action, options: ActionSpaceModel, alignment: str
 ) -> tuple[np.ndarray, float]:
-    """Return the rms difference of each performance (M,) from itself by key-frames, and of the mean performances.
+    """Return rms differences from synchronization by key-frames: each performance's (M,), and the mean performance's.
 
     The first result compares each performance in the given alignment with the same performance synchronized by
     key-frames.  The second compares the means over performances.
@@ -46,7 +46,7 @@ def sequence_differences(
 
 
 def correspondence_differences(action: Action, alignment: str) -> np.ndarray:
-    """Return the mean absolute difference (M - 1,), frames, between the matches of an alignment and of key-frames."""
+    """Return the mean absolute difference (M - 1,) between frames matched by an alignment and by key-frames."""
     off = np.abs(action.matched_frames(alignment) - action.matched_frames("keyframe")).mean(axis=1)
     return np.delete(off, action.median)
 

@@ -83,7 +83,10 @@ def space_tables(performances: Sequence[np.ndarray], person: np.ndarray) -> tupl
 
 
 def _sizes(covariances: np.ndarray, of_all: np.ndarray) -> pd.DataFrame:
-    """Return the number of eigenvectors (B,) for the required variance, and the share of the published number."""
+    """Return the numbers (B,) of eigenvectors that explain the required variance, and a share (B,) of variance.
+
+    The share is explained by the published number of eigenvectors, computed from all people.
+    """
     columns = {}
     for suffix, correlated in {"": True, "_uncorrelated": False}.items():
         matrices, reference = (x if correlated else x * np.eye(x.shape[-1]) for x in (covariances, of_all))
@@ -100,7 +103,7 @@ def _sizes(covariances: np.ndarray, of_all: np.ndarray) -> pd.DataFrame:
 def patterns_of_others(
     distances: np.ndarray, person: np.ndarray, pattern_of: Callable[[np.ndarray], int]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the distance (M,) of performances from the pattern of other people, and from all their performances.
+    """Return two distances (M,) of each performance: from other people's pattern, and from all their performances.
 
     The second distance is a mean.  NaN if fewer than two performances of others remain.
 

@@ -58,7 +58,7 @@ class TrackingError(Figure):
     sweep = HeldOutTracking
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table``, statistics by condition and method, and ``table_performances``, with single errors."""
+        """Return ``table``, with means by condition and method, and ``table_performances``, with each performance."""
         columns = [
             "performance",
             "person",

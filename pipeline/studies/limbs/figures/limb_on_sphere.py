@@ -29,7 +29,7 @@ TRUTH_COLOUR, ESTIMATE_COLOUR = "green", "orange"
 
 
 def sphere() -> tuple[np.ndarray, list[tuple[int, int]]]:
-    """Return the points (1, J, 3), mm, of a sphere made of circles, and the pairs of points joined by lines."""
+    """Return the points (1, J, 3), mm, of circles on a sphere, and the pairs of points that lines connect."""
     meridians, parallels, steps = 8, 5, 48  # circles through the poles, around them, and points to a circle
     turn = np.linspace(0.0, 2.0 * np.pi, steps, endpoint=False)
     circles = []
