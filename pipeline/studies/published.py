@@ -257,7 +257,7 @@ def _count_name(keys: Iterable[str], kinds: Iterable[Kind], name: str) -> str:
 
 
 def insert(text: str, rendered_tables: Mapping[str, str]) -> str:
-    """Return a text whose tables are replaced.
+    """Return a text in which each table between markers is replaced.
 
     The markers ``<!-- results:begin walks -->`` and ``<!-- results:end -->`` enclose a table.
 

@@ -11,7 +11,7 @@ from pipeline.studies.study import NoSweep, Study
 from pipeline.validation import InvalidInput
 
 STUDIES: tuple[Study, ...] = (walks.STUDY, actions.STUDY, limbs.STUDY)
-"""Modules of the package that define a study."""
+"""Studies that the package itself defines."""
 
 GROUPS = ("dataset", "model", "sweep", "figure")
 """Groups of options to which studies add option classes."""

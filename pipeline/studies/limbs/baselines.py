@@ -56,7 +56,7 @@ def random_signs(
 
 
 def mean_pose(root: np.ndarray, truth: np.ndarray) -> np.ndarray:
-    """Return the mean of the true poses (F, 15, 3), mm, relative to the root, placed at a root (F, 3), mm."""
+    """Return positions (F, 15, 3), mm, of the mean true pose in every frame, moved along with a root (F, 3), mm."""
     about = truth - truth[:, [ROOT]]
     return root[:, None] + about.mean(axis=0)
 

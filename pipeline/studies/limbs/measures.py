@@ -83,7 +83,7 @@ def rank_correlation_of(table: Table, column: str, by: str, where: Expression = 
 
 
 def rank_correlation_within(table: Table, column: str, by: str, within: str) -> Number:
-    """Largest of the rank correlations between two columns, one for each group of rows with the same `within`.
+    """Largest rank correlation between two columns among groups of rows; `within` is the column of the groups.
 
     Each replicate ignores the groups without rows.
     """

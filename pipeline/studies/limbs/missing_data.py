@@ -100,7 +100,7 @@ class MissingDataErrors:
 
 @dataclass(frozen=True)
 class Scene:
-    """One motion stretch in front of one camera, with noise in the image, the root and the lengths.
+    """One motion stretch in front of one camera, with errors in the image, the root and the lengths.
 
     Attributes
     ----------

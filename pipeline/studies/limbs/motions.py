@@ -213,7 +213,7 @@ class _Reconstruction:
         return prepared(self.images, self.camera, trajectory, self.lengths, options)
 
     def in_papers_conditions(self, generator: np.random.Generator) -> dict[str, float]:
-        """Return errors under the paper's conditions, of the method and of baselines."""
+        """Return the errors of the method and of baselines under the paper's conditions."""
         true_root = self.truth[:, ROOT]
         skeleton = self.prepared()
         estimate = skeleton.whole()
@@ -248,7 +248,7 @@ class _Reconstruction:
         return outside(self.basis.rows(len(used), used), about) / size
 
     def error_mm(self, positions: np.ndarray) -> float:
-        """Return the mean distance, mm, from the truth over joints except the root; positions are about the root."""
+        """Return the mean distance, mm, between estimated and true joints without the root, relative to the root."""
         return error_about_root(positions, self.truth)[:, CHILDREN].mean()
 
     def both_variants(self, keys: dict[str, str]) -> list[dict[str, Any]]:
@@ -273,7 +273,10 @@ class _Reconstruction:
     def reconstructed(
         self, skeleton: Reconstruction, eta: list[Reconstructibility], keys: dict[str, Any]
     ) -> dict[str, Any]:
-        """Return the arrays and table rows of one variant; separate certificates belong to the one without trials."""
+        """Return the arrays and table rows of one variant.
+
+        Only the variant without trials of mirrors has separate certificates.
+        """
         estimate = skeleton.whole()
         lengths = np.array([estimate.limbs[limb].hits.radius for limb in WALKER14.limbs])
         true = relative_trajectories(WALKER14, self.truth)

@@ -30,7 +30,7 @@ from pipeline.studies.figure_inputs import sd
 def sequence_differences(
     action: Action, options: ActionSpaceModel, alignment: str
 ) -> tuple[np.ndarray, float]:
-    """Return rms differences from synchronization by key-frames: each performance's (M,), and the mean performance's.
+    """Return the rms differences from synchronization by key-frames, of performances (M,) and of their mean.
 
     The first result compares each performance in the given alignment with the same performance synchronized by
     key-frames.  The second compares the means over performances.

@@ -267,7 +267,7 @@ def _from_above(matrix: np.ndarray, image: np.ndarray, truth: np.ndarray) -> tup
 
 
 def _better(steps: pd.DataFrame, camera: str) -> str:
-    """Return, as text, how many of the clips from one camera have a smaller error after the last step than before."""
+    """Return, as text, the number of clips that the last step improves and the number of all clips, for one camera."""
     by_step = steps[steps["camera"] == camera].pivot(index="clip", columns="step", values="error_mm")
     before, last = (by_step[step] for step in [step for step in STEPS if step in by_step][-2:])
     return f"{(last < before).sum()} of {len(by_step)}"

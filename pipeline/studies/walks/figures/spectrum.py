@@ -18,7 +18,7 @@ from pipeline.studies.study import Figure, NoResult, Recorder, Tables, Traits
 EIGENWALKERS_SHOWN = 3
 
 MIN_LEFT_PERCENT = 1e-3
-"""Lower limit of the axis of remaining variance, per cent; only the last components are below."""
+"""Lower limit of the axis of remaining variance, per cent; only the last components have less."""
 
 PUBLISHED = {
     "zhang2004": Reference(

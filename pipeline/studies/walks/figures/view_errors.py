@@ -204,7 +204,7 @@ SIDES_AT_RANDOM = "_sides_at_random"
 
 
 def over_walkers(rows: pd.DataFrame, by: list[str], columns: Mapping[str, tuple[str, Any]]) -> pd.DataFrame:
-    """Return statistics over walkers by group of rows; means have confidence intervals over people."""
+    """Return statistics over walkers for each group of rows; means have confidence intervals over people."""
     banded = [
         name
         for name, (column, how) in columns.items()
@@ -214,7 +214,7 @@ def over_walkers(rows: pd.DataFrame, by: list[str], columns: Mapping[str, tuple[
 
 
 def _sides_at_random(rows: pd.DataFrame, views: np.ndarray, seed: int) -> pd.DataFrame:
-    """Add errors in which left and right views are exchanged for a random half of the people.
+    """Add columns of errors in which left and right views are exchanged for a random half of the people.
 
     Over view angle, these errors are symmetric except for chance.
 
