@@ -1,1 +1,1 @@
-"""The studies: options, datasets, models, sweeps, figures and measures of walks, actions and limbs."""
+"""Studies of walks, actions and limbs: options, datasets, models, sweeps, figures and measures."""

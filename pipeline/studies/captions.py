@@ -1,4 +1,4 @@
-"""Captions from templates: numbers come from tables and claims, colours from the palette."""
+"""Captions from templates, with numbers from tables and claims and with colours from the palette."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pipeline import papers
 from pipeline.palette import colour_name
 
 PUBLISHED, BASELINE, COLOUR = "published_", "baseline_", "colour_"
-"""Prefixes of the placeholders for a claim's published number, for its baseline's, and for the colour of a role."""
+"""Placeholder prefixes for the published number of a claim, its baseline's value and the colour of a role."""
 
 
 def filled_caption(text: str, number: Callable[[str], float]) -> str:
@@ -51,7 +51,7 @@ def filled_caption(text: str, number: Callable[[str], float]) -> str:
 
 @dataclass(frozen=True)
 class _Number:
-    """Number, written as ``(no number here)`` if it is not finite."""
+    """Number that is written as ``(no number here)`` if it is not finite."""
 
     value: float
 

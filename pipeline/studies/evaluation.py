@@ -1,4 +1,4 @@
-"""Registry of measures, and the value of a measure from tables, in one replicate or in all."""
+"""Registry of measures, and the evaluation of a measure on tables, in one replicate or in all replicates."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Registry: TypeAlias = Mapping[str, Callable[..., Number]]
 
 
 def registry(*modules: ModuleType) -> Registry:
-    """Return the measures of modules, by name: their public functions that return a number.
+    """Return the measures of some modules by name; a measure is a public function that returns a number.
 
     Raises
     ------
@@ -149,7 +149,7 @@ def _published(value: Any) -> Any:
 
 
 def _drawn(value: Any, replicate: int) -> Any:
-    """Return one replicate of an argument."""
+    """Return the value of an argument in one replicate."""
     if isinstance(value, list):
         return [_drawn(item, replicate) for item in value]
     if isinstance(value, Replicated):

@@ -1,4 +1,4 @@
-"""Experiment that a preset in ``conf/experiment`` defines."""
+"""Experiment, the options that a preset in ``conf/experiment`` sets."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pipeline.validation import InvalidInput, Options, require_range
 
 
 class Scale(Options):
-    """Sizes of a run; each preset uses some of them."""
+    """Sizes that differ between a small and a full run; each preset uses some of them."""
 
     name: str  # `smoke` or `full`
     walkers: int  # largest number of people; 0: all
@@ -27,7 +27,7 @@ class Scale(Options):
 
 
 class Experiment(Options):
-    """A figure of a paper, with all options of the stages that make it."""
+    """Options of one figure of a paper, and of all stages that compute the figure."""
 
     name: str  # name of the figure, of its Make target and of its results folder
     paper: str  # key of the paper in `conf/paper`
@@ -48,7 +48,7 @@ class Experiment(Options):
 
     @property
     def published_in(self) -> Path:
-        """Folder of the figures of this data set and scale with unchanged presets."""
+        """Folder in which figures with unchanged presets are published, for this data set and scale."""
         return Path(self.results) / self.data.name / self.scale.name
 
     def validate(self) -> None:

@@ -1,4 +1,4 @@
-"""Inputs of a figure, and its descriptions in captions and recordings."""
+"""Inputs of a figure, and the text that describes them in captions and recordings."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ ModelT = TypeVar("ModelT")
 SweepT = TypeVar("SweepT")
 
 ANKLE_HEIGHT_MM = 80.0
-"""Approximate height of the ankle joint above the sole, mm; only for the display of people on the ground."""
+"""Approximate height of the ankle joint above the sole, mm, used only to display people on the ground."""
 
 
 @dataclass(frozen=True)
 class FigureInputs(Generic[DatasetT, ModelT, SweepT]):
-    """Results of the stages for one figure.
+    """Results of all stages that one figure needs.
 
     Attributes
     ----------
@@ -45,12 +45,12 @@ class FigureInputs(Generic[DatasetT, ModelT, SweepT]):
 
     @property
     def samples(self) -> list[str]:
-        """Name of each sample: the name of its clip."""
+        """Names of the samples, which are the names of their clips."""
         return [str(name) for name in getattr(self.dataset, "clip")]  # noqa: B009 - every dataset has it
 
     @property
     def summary(self) -> str:
-        """Data set, samples and model in one line."""
+        """Description of the data set, the samples and the model in one line."""
         dataset: Any = self.dataset
         model: Any = self.model
         sources = ", ".join(sorted(set(map(str, dataset.source)) - {self.experiment.data.name}))
@@ -59,7 +59,7 @@ class FigureInputs(Generic[DatasetT, ModelT, SweepT]):
 
     @property
     def _drawn(self) -> str:
-        """Number of the population and the reason for its choice; empty for the data of the preset."""
+        """Words that name the displayed synthetic population and the reason for its choice; empty for other data."""
         if not self.population:
             return ""
         error = re.sub("_(mm2?|deg)$", "", self.experiment.figure.traits.ranked_by[1]).replace("_", " ")
@@ -68,18 +68,18 @@ class FigureInputs(Generic[DatasetT, ModelT, SweepT]):
 
     @property
     def banded(self) -> str:
-        """Meaning of the bands around curves, for captions."""
+        """Meaning of the bands around curves, as words for captions."""
         return "range of all populations" if self.population else "95 % interval of the mean over people"
 
     @property
     def caption(self) -> str:
-        """Beginning of the figure's caption: title, data and credit."""
+        """First sentences of the figure's caption: title, data and credit."""
         return " ".join(
             filter(None, (f"{self.experiment.title}. Data: {self.summary}.", self.experiment.data.credit))
         )
 
     def about(self, expect: str) -> str:
-        """Return the description of the recording in Markdown, with the text on the expected result."""
+        """Return the description of the recording in Markdown, which includes the text on the expected result."""
         return "\n".join(
             [
                 f"# {self.experiment.name}",
@@ -101,7 +101,7 @@ class FigureInputs(Generic[DatasetT, ModelT, SweepT]):
 
     @property
     def arrays(self) -> dict[str, np.ndarray]:
-        """Arrays of ``arrays.npz``: those of the sweep and of a published model, and the names of the samples.
+        """Arrays of ``arrays.npz``: results of the sweep, the model if it is published, and the sample names.
 
         Data frames of the sweep are left out, because the tables contain them.
         """
@@ -114,7 +114,7 @@ class FigureInputs(Generic[DatasetT, ModelT, SweepT]):
 
 
 def tidy(columns: pd.DataFrame | list[Any] | Mapping[str, Any], *, by: Sequence[str]) -> pd.DataFrame:
-    """Return a table with its rows sorted by some of its columns.
+    """Return a table whose rows are sorted by some of the columns.
 
     Parameters
     ----------
@@ -147,10 +147,10 @@ def sd(values: Any) -> Any:
 
 
 def entity_name(name: str) -> str:
-    """Return the name of a clip with underscores for all characters that entity paths do not allow."""
+    """Return the name of a clip with underscores in place of characters that entity paths do not allow."""
     return re.sub(r"\W", "_", name)
 
 
 def lift(motion: np.ndarray) -> np.ndarray:
-    """Return the offset (3,), mm, that puts the lowest joint of a motion (T, 15, 3) at the height of an ankle."""
+    """Return the offset (3,), mm, that moves the lowest joint of a motion (T, 15, 3) to the ankle's height."""
     return np.array([0.0, 0.0, ANKLE_HEIGHT_MM - motion[..., 2].min()])

@@ -1,4 +1,6 @@
-"""Numbers of runs with one option changed: those that explanations quote, and the table of what each switch moves.
+"""Changes of the results when one option is changed.
+
+Explanations quote some of these numbers, and a table lists the claims that each change affects.
 
 Both are kept in the repository, with the scale of the run that measured them.
 """
@@ -19,7 +21,7 @@ from pipeline.validation import InvalidInput
 
 @dataclass(frozen=True)
 class Switch:
-    """Figures made with some options changed.
+    """Option changes with a common name, and the figures that are computed with the changes.
 
     Attributes
     ----------
@@ -37,7 +39,7 @@ class Switch:
 
 @dataclass(frozen=True)
 class Numbers(Switch):
-    """Our values without a switch and with it.
+    """Values of our claims and quantities without a switch and with the switch.
 
     Attributes
     ----------
@@ -53,7 +55,7 @@ class Numbers(Switch):
 
 
 def names_quoted(data_name: str, group: str, switch: str) -> list[str]:
-    """Return the claims and quantities that explanations quote from a run, sorted."""
+    """Return the sorted names of the claims and quantities whose values explanations quote from a run."""
     names = set()
     for paper in papers.all_papers().values():
         for claim in paper.claims:
@@ -66,7 +68,7 @@ def names_quoted(data_name: str, group: str, switch: str) -> list[str]:
 
 
 def figures_of(names: Iterable[str]) -> set[str]:
-    """Return the figures whose tables these claims and quantities read."""
+    """Return the figures whose tables are needed for the given claims and quantities."""
     return {table.split("/")[0] for name in names for table in _tables(papers.quantity(name))}
 
 
@@ -77,7 +79,7 @@ def _tables(item: papers.Claim | papers.Quantity) -> tuple[str, ...]:
 
 
 def made_by(folder: Path) -> tuple[str, bool]:
-    """Return the scales of the figures in a folder, joined, and True if the checkout had no changes."""
+    """Return the scales of a folder's figures, as one string, and True if the checkout was clean."""
     manifests = [
         read_manifest(path.parent, ("scale", "provenance")) for path in visible(folder, "*/manifest.json")
     ]
@@ -86,7 +88,7 @@ def made_by(folder: Path) -> tuple[str, bool]:
 
 
 def require_clean(folder: Path) -> None:
-    """Raise InvalidInput if figures of switches below a folder were made by a checkout with changes."""
+    """Raise InvalidInput if a figure below the folder was made by a checkout with uncommitted changes."""
     for below in (path for path in visible(folder, "*") if path.is_dir()):
         if not made_by(below)[1]:
             raise InvalidInput(
@@ -98,7 +100,7 @@ def require_clean(folder: Path) -> None:
 
 
 def keep_numbers(path: Path, numbers: Sequence[Numbers], data_name: str, group: str) -> None:
-    """Replace the numbers of these switches in the table that explanations quote."""
+    """Replace the rows of the given switches in the table of values that explanations quote."""
     rows = [
         {
             "switch": run.name,
@@ -120,7 +122,7 @@ def keep_numbers(path: Path, numbers: Sequence[Numbers], data_name: str, group: 
 def keep_table(
     path: Path, rows: Sequence[Mapping[str, Any]], numbers: Sequence[Numbers], data_name: str, group: str
 ) -> None:
-    """Replace the rows of these switches in the table of claims that switches change."""
+    """Replace the rows of the given switches in the table of claims whose answers or values change."""
     by_name = {run.name: run for run in numbers}
     moved = [
         {
@@ -137,7 +139,10 @@ def keep_table(
 def keep_runs(
     path: Path, rows: Sequence[Mapping[str, Any]], numbers: Sequence[Numbers], data_name: str, group: str
 ) -> None:
-    """Replace the rows of these switches in the table of runs: options, figures, numbers of claims and changes."""
+    """Replace the rows of the given switches in the table of runs.
+
+    A row has the options, the figures, the number of claims and the number of changed claims.
+    """
     of_switch = {run.name: [row for row in rows if row["switch"] == run.name] for run in numbers}
     runs = [
         {
@@ -164,7 +169,7 @@ def _replace(
     *,
     sort_by: list[str],
 ) -> None:
-    """Replace the rows of these switches in a table; an empty table is deleted."""
+    """Replace the rows of the given switches in a table; delete the file if the table becomes empty."""
     rows = [{"data": data_name, "group": group, **row} for row in rows]
     renewed, by = {(data_name, group, run.name) for run in numbers}, ["data", "group", "switch"]
 

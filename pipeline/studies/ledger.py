@@ -1,4 +1,4 @@
-"""The ledger of claims: verdicts from published tables, and ``claims.csv``."""
+"""Verdicts on all claims, computed from published tables and written to ``claims.csv``."""
 
 from __future__ import annotations
 
@@ -22,22 +22,25 @@ from pipeline.studies.rows import Number, rows_of
 from pipeline.validation import InvalidInput
 
 Tables = Mapping[str, Any]
-"""Tables, or mappings of columns, by name: ``zhang2007_fig5`` is the figure's ``table.csv``, and
-``zhang2007_fig5/table_walkers`` the ``table_walkers.csv`` next to it."""
+"""Tables by name, each a data frame or a mapping of columns.
+
+``zhang2007_fig5`` is the figure's ``table.csv``, and ``zhang2007_fig5/table_walkers`` is the ``table_walkers.csv`` next
+to it.
+"""
 
 SMOKE = "smoke"
-"""Name of the small scale, whose results decide no claim."""
+"""Name of the small scale, whose results are never used to decide a claim."""
 
 MAX_REPLICATE = 1e100
-"""Replicates above this overflow in BCa and are ignored."""
+"""Largest size of a replicate; larger ones would overflow in BCa and are ignored."""
 MAX_MISSING = 0.05
-"""Largest share of replicates without a value for which an interval is still computed."""
+"""Largest share of replicates that may lack a value; above, no interval is computed."""
 
 SHARES = ("percent", "mean_percent", "percent_below", "larger", "smaller")
-"""Names of the measures that are shares of rows or walkers, or the larger or smaller of such shares."""
+"""Measures whose value is a share of rows or walkers, or the larger or smaller of several shares."""
 
 EXTREMES = ("largest", "smallest")
-"""Names of the measures whose bootstrap replicates never lie beyond the value of the sample."""
+"""Measures whose bootstrap replicates never exceed the value of the sample, in the direction of the extreme."""
 
 
 def judge(
@@ -100,7 +103,7 @@ def _evidence(
     *,
     interval: bool,
 ) -> papers.Evidence:
-    """Return the evidence on a claim: its value, the value of its baseline and the paired gain over the baseline."""
+    """Return the evidence on a claim: our value, the value of the baseline, and the paired gain over the baseline."""
     people, doubt = _people(claim.tables, frames)
     doubt = doubt or _not_met(claim, frames, measures)
     if claim.measure is None or claim.kind is papers.Kind.CONDITION or not interval:
@@ -142,7 +145,10 @@ def _measured(
     drawn: Replicates | None,
     measures: evaluation.Registry,
 ) -> tuple[float, Number]:
-    """Return the value of a measure (the mean over populations, if any) and its replicates (B,), NaN without any."""
+    """Return the value of a measure and its replicates (B,), or NaN without replicates.
+
+    If the tables contain several populations, the value is the mean over populations.
+    """
     if drawn is None:
         return float(evaluation.evaluate(measure, measures, frames)), np.nan
     values = evaluation.evaluate(measure, measures, drawn.tables, drawn.size)
@@ -159,7 +165,7 @@ def _estimate(
     *,
     extreme: bool = False,
 ) -> papers.Estimate:
-    """Return a value with its 95 % interval, if enough replicates have a value.
+    """Return a value with its 95 % interval, or without an interval if too few replicates have a value.
 
     A replicate may lack all rows that a measure reads, such as every clip of walking; such replicates are ignored.
     The maximum of a bootstrap sample never exceeds that of the sample, although other people may exceed it.  If no
@@ -189,10 +195,10 @@ def _estimate(
 def _with_clopper_pearson(
     share: papers.Estimate, measure: papers.Measure, drawn: Replicates | None
 ) -> papers.Estimate:
-    """Return a share of 0 or 100 % with its Clopper-Pearson interval: a count of zero has no bootstrap variance.
+    """Return a share with its interval, which is a Clopper-Pearson interval for a share of 0 or 100 %.
 
-    The interval assumes independent rows, which equal rows cannot disprove.  Shares of views are returned unchanged,
-    because views are not sampled.
+    The bootstrap variance of such a share is zero.  The interval assumes independent rows, which equal rows cannot
+    disprove.  Shares of views are returned unchanged, because views are not sampled.
     """
     if drawn is None or not _is_share(measure):
         return share
@@ -216,7 +222,7 @@ def _is_share(measure: papers.Measure | float) -> bool:
 
 
 def _clipped_share(estimate: papers.Estimate, measure: papers.Measure | float) -> papers.Estimate:
-    """Return an estimate; the interval of a share is clipped to 0 to 100 %, which Student's t may exceed."""
+    """Return an estimate, with the interval of a share clipped to 0 to 100 %; Student's t may exceed this range."""
     if not _is_share(measure):
         return estimate
     return replace(estimate, low=max(estimate.low, 0.0), high=min(estimate.high, 100.0))
@@ -225,7 +231,7 @@ def _clipped_share(estimate: papers.Estimate, measure: papers.Measure | float) -
 def _one_sample(
     claim: papers.Claim, value: float, values: Number, drawn: Replicates | None
 ) -> papers.Estimate | None:
-    """Return the value with the 95 % prediction interval of one sample of the paper's size.
+    """Return our value with the 95 % prediction interval for one sample of the same size as in the paper.
 
     Each population has the paper's size.  For people, the spread of replicates is scaled to that size and added to the
     spread of our own sample.
@@ -250,7 +256,7 @@ def _one_sample(
 
 
 def _people(names: Iterable[str], frames: Mapping[str, pd.DataFrame]) -> tuple[int | None, str]:
-    """Return the smallest number of people behind these tables, and a doubt about the person of a recording.
+    """Return the smallest number of people behind some tables, and a doubt about the identity of a person.
 
     The number is None if no table gives it; the doubt is empty if every recording differs from those of other people.
     """
@@ -272,7 +278,10 @@ def _people(names: Iterable[str], frames: Mapping[str, pd.DataFrame]) -> tuple[i
 
 
 def _not_met(claim: papers.Claim, frames: Mapping[str, pd.DataFrame], measures: evaluation.Registry) -> str:
-    """Return a message on the first unmet condition of a claim, or ""; a condition without tables counts as met."""
+    """Return a message on the first condition of a claim that is not met, or an empty string.
+
+    A condition whose tables are missing counts as met.
+    """
     for name in claim.scope.rests_on:
         condition = papers.claim(name)
         value = value_of(condition, frames, measures)
@@ -288,7 +297,7 @@ def _not_met(claim: papers.Claim, frames: Mapping[str, pd.DataFrame], measures: 
 def numbers_of(
     names: Iterable[str], figure_tables: Tables, measures: evaluation.Registry
 ) -> dict[str, papers.Estimate]:
-    """Return our values of claims and quantities with intervals, by name; NaN if a table is missing."""
+    """Return our values of claims and quantities by name, with intervals; NaN if a table is missing."""
     frames = {name: _frame(name, table) for name, table in figure_tables.items()}
     estimates = {}
     for name in names:
@@ -307,7 +316,7 @@ def numbers_of(
 def number_of_figure(
     figure: str, figure_tables: Mapping[str, Any], measures: evaluation.Registry
 ) -> Callable[[str], float]:
-    """Return a function from the name of a claim or quantity to our value, for one figure's tables (by file name)."""
+    """Return a function that gives our value of a named claim or quantity from the tables of one figure."""
     by_name = {_name(figure, name): table for name, table in figure_tables.items()}
     return lambda name: numbers_of([name], by_name, measures)[name].value
 
@@ -315,7 +324,10 @@ def number_of_figure(
 def value_of(
     item: papers.Claim | papers.Quantity, frames: Mapping[str, pd.DataFrame], measures: evaluation.Registry
 ) -> float:
-    """Return our value (the mean over populations, if any); NaN if a table is missing."""
+    """Return our value of a claim or quantity, NaN if a table is missing.
+
+    If the tables contain several populations, the value is the mean over populations.
+    """
     if item.measure is None or any(name not in frames for name in item.measure.tables):
         return np.nan
     drawn = replicate(item.measure.tables, frames)
@@ -332,7 +344,10 @@ def judge_figure(
     smoke: bool = False,
     overridden: bool = False,
 ) -> list[papers.Verdict]:
-    """Return the verdicts on the claims that use only this figure, from its tables by file name without suffix."""
+    """Return the verdicts on the claims that one figure alone can decide.
+
+    The keys of `figure_tables` are file names without suffix.
+    """
     by_name = {_name(figure, name): table for name, table in figure_tables.items()}
     alone = [c for c in _claims([figure]) if all(name.split("/")[0] == figure for name in c.tables)]
     return judge(alone, by_name, data_name, measures=measures, smoke=smoke, overridden=overridden)
@@ -346,7 +361,7 @@ def judge_folder(
     measures: evaluation.Registry,
     overridden: bool = False,
 ) -> list[papers.Verdict]:
-    """Return the verdicts on all claims of these figures, from the tables below ``results/<data>/<scale>``.
+    """Return the verdicts on all claims of the given figures, from the tables below ``results/<data>/<scale>``.
 
     Tables of other figures are read too if these claims use them.
 
@@ -378,7 +393,7 @@ def judge_folder(
 
 
 def read_folder(folder: Path, figures: Sequence[str]) -> dict[str, pd.DataFrame]:
-    """Return the published tables of these figures, by figure and name.
+    """Return the published tables of the given figures, by the name of figure and table.
 
     Raises
     ------
@@ -413,7 +428,7 @@ def _claims(figures: Sequence[str]) -> list[papers.Claim]:
 def write_claims(
     path: Path, verdicts: Sequence[papers.Verdict], *, judged: Iterable[str] | None = None
 ) -> None:
-    """Write the verdicts as a table, one row per claim: both answers, the numbers behind them and the reason.
+    """Write a table with one row per verdict: both answers, the numbers that decide them, and the reason.
 
     Parameters
     ----------

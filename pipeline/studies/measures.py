@@ -1,4 +1,4 @@
-"""Measures: named functions of published tables, used by the papers' claims, explanations and the documentation.
+"""Measures: functions of published tables that claims, explanations and the documentation refer to by name.
 
 A measure takes tables, texts and numbers, and returns a number.  It returns NaN if there are no rows or a value is not
 finite; `pipeline.studies.rows` selects rows by expressions over the columns.
@@ -38,7 +38,7 @@ from pipeline.studies.rows import (
 )
 
 Count = NewType("Count", float)
-"""A number that replicates do not change."""
+"""Count, a number that is the same in all replicates."""
 
 
 # --- one column -------------------------------------------------------------------------------------------
@@ -58,7 +58,7 @@ def mean(table: Table, column: str, where: Expression = ALL) -> Number:
 
 
 def mean_percent(table: Table, column: str, where: Expression = ALL) -> Number:
-    """Mean of a fraction, in per cent."""
+    """Mean of a column of fractions, in per cent."""
     return 100.0 * mean(table, column, where)
 
 
@@ -83,13 +83,13 @@ def smallest(table: Table, column: str, where: Expression = ALL) -> Number:
 
 
 def only(table: Table, column: str, where: Expression = ALL) -> float:
-    """The single entry of a column; NaN if there are none or several."""
+    """Entry of a column that has exactly one entry; NaN otherwise."""
     entries = values(table, column, where)
     return float(entries[0]) if entries.size == 1 else np.nan
 
 
 def at_smallest(table: Table, column: str, of: str) -> Number:
-    """Value of a column with the smallest mean of another column; the first in the table on ties."""
+    """Value of one column at which the mean of another column is smallest; the first such value on ties."""
     rows = rows_of(table)
     entries, at = values(rows.frame, of), values(rows.frame, column)
     if not (whole(entries) and whole(at)):
@@ -102,7 +102,7 @@ def at_smallest(table: Table, column: str, of: str) -> Number:
 
 
 def mean_step(table: Table, column: str) -> Count:
-    """Mean step between the distinct values of a column."""
+    """Mean difference between successive distinct values of a column."""
     entries = np.unique(values(table, column))
     return Count(float(np.ptp(entries) / (entries.size - 1.0)) if entries.size > 1 else np.nan)
 
@@ -119,7 +119,7 @@ def variation_percent(table: Table, column: str) -> Number:
 
 
 def distinct(table: Table, columns: list[str]) -> Count:
-    """Number of different combinations of entries of columns."""
+    """Number of distinct combinations of the entries in some columns."""
     require_columns(table, *columns)
     return Count(float(len(table[list(columns)].drop_duplicates())))
 
@@ -137,7 +137,7 @@ def percent(table: Table, of: Expression, where: Expression = ALL) -> Number:
 
 
 def percent_below(table: Table, column: str, by: str, of: str, than: str) -> Number:
-    """Percentage of groups of rows in which one method's mean entry is below another's.
+    """Percentage of groups of rows in which the mean entry of one method is below that of another method.
 
     NaN if a group lacks either method, has one twice for the same person, or an entry is not finite.
     """
@@ -168,23 +168,23 @@ def percent_below(table: Table, column: str, by: str, of: str, than: str) -> Num
 
 
 def ratio(of: Number, to: Number) -> Number:
-    """Quotient; NaN if the divisor is zero."""
+    """Quotient of two numbers; NaN if the divisor is zero."""
     to = np.asarray(to, float)
     return as_number(of / np.where(to == 0, np.nan, to))
 
 
 def ratio_percent(of: Number, to: Number) -> Number:
-    """Quotient in per cent."""
+    """Quotient of two numbers in per cent."""
     return 100.0 * ratio(of, to)
 
 
 def percent_less(of: Number, than: Number) -> Number:
-    """Reduction of the first number relative to the second, per cent; negative if the first is larger."""
+    """Reduction from the second number to the first, in per cent of the second; negative if the first is larger."""
     return 100.0 * (1.0 - ratio(of, than))
 
 
 def difference(of: Number, less: Number) -> Number:
-    """The first number less the second."""
+    """Difference of two numbers, the first minus the second."""
     return as_number(np.subtract(of, less))
 
 
@@ -194,7 +194,7 @@ def scaled(of: Number, by: Number) -> Number:
 
 
 def root(of: Number) -> Number:
-    """Square root: of a mean square, or of a ratio of two."""
+    """Square root of a mean square, or of a ratio of two mean squares."""
     return as_number(np.sqrt(of))
 
 
@@ -204,10 +204,10 @@ def total(of: list[Number]) -> Number:
 
 
 def larger(of: list[Number]) -> Number:
-    """Largest of some numbers; NaN if one is NaN."""
+    """Largest of several numbers; NaN if any of them is NaN."""
     return as_number(np.max(np.broadcast_arrays(*of), axis=0))
 
 
 def smaller(of: list[Number]) -> Number:
-    """Smallest of some numbers; NaN if one is NaN."""
+    """Smallest of several numbers; NaN if any of them is NaN."""
     return as_number(np.min(np.broadcast_arrays(*of), axis=0))

@@ -1,4 +1,4 @@
-"""Occlusion: joints that are hidden from a camera, independently of each other, in runs of frames."""
+"""Simulated occlusion: every joint is hidden in random runs of frames, independently of other joints."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import numpy as np
 from pipeline.validation import require_range
 
 MAX_OCCLUDED = 0.9
-"""Largest share of joints that may be hidden; a run of hidden frames must end before the next begins."""
+"""Largest share of hidden joints; with a larger share, runs of hidden frames would overlap."""
 
 
 def require_occlusion(shares: Sequence[float], mean_frames: float) -> None:
-    """Validate ``sweep.occluded`` and ``sweep.occlusion_frames``.
+    """Validate the options ``sweep.occluded`` and ``sweep.occlusion_frames``.
 
     Raises
     ------

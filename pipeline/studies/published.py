@@ -1,4 +1,4 @@
-"""Published numbers: ``results/published.csv``, and the tables of documentation and page that are made from it.
+"""Published values in ``results/published.csv``, and tables for the documentation and the report page.
 
 The file has a row for each of our values of claims and quantities and for each count of verdicts, by data set, with the
 commit.  `measured` returns the rows of a folder of published figures, `filled` and `rendered` the tables.
@@ -25,19 +25,19 @@ from pipeline.studies.ledger import judge_folder, numbers_of, read_folder
 from pipeline.validation import InvalidInput, require_choice
 
 COUNTED = ((Kind.RESULT,), (Kind.SENTENCE,), papers.OF_PAPERS, (Kind.CONDITION,))
-"""Groups of kinds that are counted together; our own targets are not counted."""
+"""Groups of kinds of claims that are counted together; targets of our own are not counted."""
 
 JUDGED = "judged"
-"""Name of the count of a paper's claims that the data decide."""
+"""Name of the row that counts the claims of a paper that the data can decide."""
 
 SEPARATOR = ", "
-"""Separator in the names of two kinds of rows: a claim with a switch, and a count."""
+"""Separator in row names, between a claim and a switch and between the parts of a count's name."""
 
 COLUMNS = ("data", "scale", "commit", "figure", "name", "value", "unit")
 
 
 def names_quoted(layout: Mapping[str, Any]) -> list[str]:
-    """Return the names of the claims and quantities that the tables quote, sorted."""
+    """Return the sorted names of the claims and quantities whose values the tables show."""
     templates = [
         template
         for table in layout.values()
@@ -50,7 +50,7 @@ def names_quoted(layout: Mapping[str, Any]) -> list[str]:
 def measured(
     folder: Path, figures: Sequence[str], layout: Mapping[str, Any], measures: Registry
 ) -> pd.DataFrame:
-    """Return the rows of the file for the figures published below ``results/<data>/<scale>``.
+    """Return the rows of ``published.csv`` for the figures that are published below ``results/<data>/<scale>``.
 
     Raises
     ------
@@ -94,7 +94,7 @@ def measured(
 
 
 def sensitivities(data_name: str) -> list[tuple[str, str, float, str]]:
-    """Return the rows of our values under other assumptions: figure, name, value and unit."""
+    """Return rows with our values under other assumptions, each as figure, name, value and unit."""
     return [
         (claim.figure, f"{claim.name}{SEPARATOR}{run.switch}", run.with_it[claim.name].value, claim.unit)
         for paper in papers.all_papers().values()
@@ -107,7 +107,10 @@ def sensitivities(data_name: str) -> list[tuple[str, str, float, str]]:
 def verdict_counts(
     verdicts: Sequence[papers.Verdict], layout: Mapping[str, Any]
 ) -> list[tuple[str, str, float, str]]:
-    """Return the rows of counts of verdicts by kind: figure, name, value and unit; only papers with testable claims."""
+    """Return rows that count the verdicts by kind, each as figure, name, value and unit.
+
+    Papers without testable claims have no row.
+    """
     counted = []
     for keys in _judged_together(layout):
         rows = [verdict.row for verdict in verdicts if verdict.claim.paper in keys]
@@ -131,7 +134,7 @@ def verdict_counts(
 
 
 def renew(path: Path, rows: pd.DataFrame) -> None:
-    """Replace the rows of the same data sets in the file."""
+    """Replace the rows of the same data sets in ``published.csv``."""
     data_sets = set(rows["data"])
     cells = rows.to_dict("records")
     tables.renew(
@@ -140,11 +143,11 @@ def renew(path: Path, rows: pd.DataFrame) -> None:
 
 
 Cells = tuple[list[str], list[list[str]]]
-"""Heads of a table's columns, and its rows."""
+"""Column headings and rows of a table, as text."""
 
 
 def filled(layout: Mapping[str, Any], published: Mapping[str, Any]) -> dict[str, Cells]:
-    """Return each table with its numbers, from the columns of the file; rows without numbers are left out."""
+    """Return each table of a layout, filled with the published values; rows without values are omitted."""
     values: dict[str, dict[str, float]] = {}
     if lacking := [name for name in COLUMNS if name not in published]:
         raise InvalidInput(
@@ -183,7 +186,10 @@ def _table(table: Mapping[str, Any], values: Mapping[str, Mapping[str, float]]) 
 
 
 def rendered(layout: Mapping[str, Any], published: Mapping[str, Any]) -> dict[str, str]:
-    """Return each table as Markdown, from the columns of the file; without rows it is its last head, a sentence."""
+    """Return each table of a layout as Markdown.
+
+    A layout without rows is only a sentence, its last column heading.
+    """
     cells = filled(layout, published)
     return {
         name: _markdown(heads, rows) if layout[name]["rows"] else heads[-1]
@@ -205,7 +211,7 @@ def _templates(row: Mapping[str, Any]) -> list[str]:
 
 
 def _filled(templates: Sequence[str], values: Mapping[str, float]) -> str:
-    """Return the first template whose numbers are all known, filled in; empty without one."""
+    """Return the first template whose values are all known, filled in, or an empty string without such a template."""
     for template in templates if values else ():
         if set(placeholders(template)) <= set(values):
             return template.format_map({name: _Printed(value) for name, value in values.items()})
@@ -213,7 +219,7 @@ def _filled(templates: Sequence[str], values: Mapping[str, float]) -> str:
 
 
 class _Printed(float):
-    """Number that is printed with a true minus sign and with spaces between thousands."""
+    """Number that is formatted with a true minus sign, and with spaces as thousands separators."""
 
     def __format__(self, specification: str) -> str:
         return super().__format__(specification).replace("-", "−").replace(",", " ")
@@ -225,7 +231,9 @@ def _judged_together(layout: Mapping[str, Any]) -> Iterable[tuple[str, ...]]:
 
 
 def _counts(keys: Sequence[str], kinds: Sequence[Kind]) -> str:
-    """Return the template of counts of verdicts; that of agreeing claims also gives those beyond their baseline.
+    """Return the template for counts of verdicts.
+
+    The number of claims that agree is followed by the number of those that also exceed their baseline.
 
     Several kinds together give the agreeing claims of the judged ones; a single kind gives a count for each agreement.
     """
@@ -249,7 +257,9 @@ def _count_name(keys: Iterable[str], kinds: Iterable[Kind], name: str) -> str:
 
 
 def insert(text: str, rendered_tables: Mapping[str, str]) -> str:
-    """Return a text with each table between its markers, ``<!-- results:begin walks -->`` and ``<!-- results:end -->``.
+    """Return a text in which each table between markers is replaced.
+
+    The markers ``<!-- results:begin walks -->`` and ``<!-- results:end -->`` enclose a table.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""List of all studies: those of the package and those that plug-ins add."""
+"""List of all studies, from the package and from plug-ins."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from pipeline.studies.study import NoSweep, Study
 from pipeline.validation import InvalidInput
 
 STUDIES: tuple[Study, ...] = (walks.STUDY, actions.STUDY, limbs.STUDY)
-"""Studies of the package."""
+"""Studies that the package itself defines."""
 
 GROUPS = ("dataset", "model", "sweep", "figure")
-"""Groups of options that the studies fill."""
+"""Groups of options to which studies add option classes."""
 
 
 def studies() -> tuple[Study, ...]:
-    """Return the studies of the package, then those of plug-ins."""
+    """Return the studies of the package, followed by the studies of plug-ins."""
     added = plugins.contributions("studies")
     for origin, study in added:
         if not isinstance(study, Study):
@@ -37,7 +37,7 @@ def all_measures() -> evaluation.Registry:
 
 
 def options(group: str) -> Mapping[str, type[Any]]:
-    """Return the option classes of a group from all studies, by their names on the command line.
+    """Return the option classes of one group from all studies, by their command-line names.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Bootstrap replicates of tables: the weight of each person, clip or population in every replicate.
+"""Bootstrap replicates of tables, defined by the weight of each person, clip or population.
 
 A table with a column ``population`` contains several synthetic populations, and a replicate is one of them.  A table
 with a column ``person`` is resampled by person: all rows of a person stay together.  A table with only a column
@@ -28,22 +28,25 @@ from pipeline.seeding import derive_generator
 POPULATION, PERSON, DRAW, CLIP = "population", "person", "draw", "clip"
 
 SD = "sd"
-"""Name of the standard deviation in `aggregate`."""
+"""Name of the statistic "standard deviation" in `aggregate`."""
 
 INGEST = "table_ingest"
-"""Name of the table of the clips behind a figure."""
+"""Name of the table that lists the clips of a figure."""
 
 MAX_LEFT_OUT = 500
-"""Largest number of replicates that leave out clusters; groups of clusters have the same acceleration on average."""
+"""Largest number of replicates that leave clusters out.
+
+With more clusters, each replicate leaves a group out; the acceleration is the same on average.
+"""
 
 PERCENT = f"{100.0 * bootstrap.LEVEL:g} %"
-"""Coverage of published intervals."""
+"""Confidence level of published intervals, as text."""
 
 OVER_PEOPLE = f"{PERCENT} intervals over people"
 
 
 def interval_words(count: int, *, of: str = "mean", over: str = "people", bands: str = "Bands") -> str:
-    """Return the sentence of a caption that explains the bands around a mean or median.
+    """Return the sentence of a caption that explains the bands around a mean or a median.
 
     Parameters
     ----------
@@ -66,7 +69,7 @@ def interval_words(count: int, *, of: str = "mean", over: str = "people", bands:
 
 @dataclass(frozen=True)
 class Replicated:
-    """A table in B replicates.
+    """Table with its bootstrap weights in B replicates.
 
     Attributes
     ----------
@@ -86,14 +89,14 @@ class Replicated:
     published: pd.DataFrame
 
     def drawn(self, replicate: int) -> pd.DataFrame:
-        """Return the rows of one replicate, each repeated by its weight."""
+        """Return the rows of one replicate, in which a row is repeated as often as its weight states."""
         times = self.weights[replicate, self.cluster].astype(int)
         return self.frame.iloc[np.repeat(np.arange(len(self.frame)), times)]
 
 
 @dataclass(frozen=True)
 class Replicates:
-    """Tables of a claim in common replicates.
+    """Tables of one claim, resampled together in the same replicates.
 
     Attributes
     ----------
@@ -117,7 +120,7 @@ class Replicates:
 
 
 def replicate(names: Iterable[str], tables: Mapping[str, pd.DataFrame], seed: int = 0) -> Replicates | None:
-    """Return tables in common replicates.
+    """Return several tables, resampled together in the same replicates.
 
     Parameters
     ----------
@@ -159,7 +162,7 @@ _INTERVALS = ContextVar("_INTERVALS", default=True)
 
 @contextmanager
 def without_intervals() -> Iterator[None]:
-    """Context in which the intervals of tables are NaN, to save time if they are not read."""
+    """Context in which intervals are not computed but are NaN, which saves time where no interval is read."""
     before = _INTERVALS.set(False)
     try:
         yield
@@ -168,7 +171,7 @@ def without_intervals() -> Iterator[None]:
 
 
 def interval_over_people(person: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the 95 % interval (…) of the mean over people, from values (R, …) of walks of persons (R,).
+    """Return the 95 % interval (…) of the mean over people, from the values (R, …) of R walks.
 
     All walks of a person are drawn together; NaN for a single person.
     """
@@ -178,7 +181,7 @@ def interval_over_people(person: np.ndarray, values: np.ndarray) -> tuple[np.nda
 _GROUPS_AT_A_TIME = 128
 
 Statistic = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
-"""Function of values, clusters and weights: `bootstrap.weighted_means` or `bootstrap.weighted_medians`."""
+"""Function of values, clusters and weights, such as `bootstrap.weighted_means`."""
 
 
 def interval_over_clusters(
@@ -212,7 +215,7 @@ def interval_over_clusters(
 
 @lru_cache(maxsize=8)
 def _weights(clusters: int, seed: int = 0) -> np.ndarray:
-    """Return how many times each replicate contains each cluster, (B + L, C), as float factors.
+    """Return the count (B + L, C) of each cluster in each replicate, as floats.
 
     Each of the last L replicates, at most `MAX_LEFT_OUT`, leaves out a cluster or a group of clusters.
     """
@@ -232,7 +235,7 @@ def aggregate(
     cluster: str = CLIP,
     count: str = "trials",
 ) -> pd.DataFrame:
-    """Return a table of groups of rows: their numbers, statistics of columns, and intervals of means and medians.
+    """Return a table with one row per group: its number of rows, statistics of columns, and 95 % intervals.
 
     Parameters
     ----------
@@ -269,7 +272,7 @@ def aggregate(
 def _ends(
     rows: pd.DataFrame, group: pd.Series, names: list[str], cluster: str, statistic: Statistic
 ) -> np.ndarray:
-    """Return the ends (2, G, K) of the intervals of K columns in each of G groups of rows."""
+    """Return the lower and upper ends (2, G, K) of the intervals of K columns in G groups of rows."""
     values = rows[names].to_numpy(dtype=float)
     labels, _ = pd.factorize(rows[cluster], sort=True)
     number = group.fillna(-1).to_numpy(dtype=int)  # rows that lack a label are in no group
@@ -292,7 +295,7 @@ def _ends(
 def _labels(
     name: str, rows: pd.DataFrame, kind: str, tables: Mapping[str, pd.DataFrame]
 ) -> tuple[np.ndarray, list[str]]:
-    """Return the number (n,) of each row's label, and the labels, which may contain duplicates."""
+    """Return the index (n,) of each row's label in a list of labels, and that list, which may repeat labels."""
     clips = tables.get(f"{name.split('/')[0]}/{INGEST}")
     codes, uniques = pd.factorize(rows[kind], use_na_sentinel=False)  # rows without a label get a number too
     names = [str(label) for label in uniques]
@@ -303,7 +306,7 @@ def _labels(
 
 
 def _rows_behind(name: str, tables: Mapping[str, pd.DataFrame]) -> tuple[str, pd.DataFrame]:
-    """Return the kind of a table's clusters (empty for none) and the rows that are resampled."""
+    """Return the kind of a table's clusters, an empty string without clusters, and the rows to resample."""
     stem = name if "/" in name else f"{name}/table"
     stem = stem.removesuffix("_people")
     for candidate in (f"{stem}_populations", f"{stem}_draws", f"{stem}_people", name):

@@ -1,4 +1,4 @@
-"""Rows of published tables, selected by an expression over the columns, in one replicate or in many.
+"""Selection of rows of published tables by an expression over columns, in one replicate or in many.
 
 ``where: camera == 'still' and reconstructibility > 1`` selects rows: comparisons and arithmetic of columns, numbers and
 texts.  A mean drops no rows: a table without rows or with a value that is not finite gives NaN.
@@ -19,16 +19,16 @@ from pipeline.studies.replicated import Replicated
 from pipeline.validation import InvalidInput
 
 Table: TypeAlias = pd.DataFrame
-"""A table, with its name in ``attrs["name"]`` for messages; in replicates a `Replicated`."""
+"""Table whose name for messages is ``attrs["name"]``; in replicates, a `Replicated` takes its place."""
 
 Number: TypeAlias = float | np.ndarray
-"""A number, or an array (B,) of its replicates."""
+"""Number, or array (B,) with its value in each replicate."""
 
 Expression = NewType("Expression", str)
-"""Condition on the columns that selects rows; empty for all rows."""
+"""Expression over the columns that is true for the selected rows; an empty string selects all rows."""
 
 _MAX_DENSE = 4_000_000
-"""Largest table of clusters by groups, in cells, that is not stored as a sparse matrix."""
+"""Largest number of cells, clusters times groups, for which dense arrays are used instead of sparse ones."""
 
 ALL = Expression("")
 """Expression that selects all rows."""
@@ -37,11 +37,13 @@ _ALLOWED = (
     ast.Expression, ast.BoolOp, ast.And, ast.Or, ast.Compare, ast.Eq, ast.NotEq, ast.Lt, ast.LtE, ast.Gt, ast.GtE,
     ast.BinOp, ast.Add, ast.Sub, ast.Mult, ast.Div, ast.UnaryOp, ast.USub, ast.Name, ast.Load, ast.Constant, ast.Call,
 )  # fmt: skip
-"""Syntax that an expression over columns may have; the only function is `abs`."""
+"""Syntax that is allowed in an expression over columns; `abs` is the only function."""
 
 
 def values(table: Table, column: str, where: str = "") -> np.ndarray:
-    """Return a column as float64, for the rows where an expression holds; NaN where an entry is not a number.
+    """Return the entries of a column, float64, in the rows where an expression is true.
+
+    Entries that are not numbers become NaN.
 
     Raises
     ------
@@ -54,7 +56,7 @@ def values(table: Table, column: str, where: str = "") -> np.ndarray:
 
 
 def holds(table: Table, expression: str) -> np.ndarray:
-    """Return a mask of the rows where an expression over the columns holds; an empty expression holds for all.
+    """Return a mask (n,) of the rows where an expression over columns is true; an empty expression is always true.
 
     A comparison with NaN does not hold.
 
@@ -74,7 +76,7 @@ def holds(table: Table, expression: str) -> np.ndarray:
 
 
 def _require_alike(table: Table, expression: str) -> None:
-    """Raise InvalidInput if an expression compares texts with numbers; a column without entries counts as either."""
+    """Raise InvalidInput if an expression compares strings with numbers; empty columns count as either."""
 
     def is_text(node: ast.expr) -> bool | None:
         if isinstance(node, ast.Constant):
@@ -106,7 +108,7 @@ def _not_alike(table: Table, expression: str) -> InvalidInput:
 
 
 def columns_of(expression: str) -> list[str]:
-    """Return the names of the columns in an expression.
+    """Return the names of the columns that an expression uses.
 
     Raises
     ------
@@ -138,7 +140,7 @@ def columns_of(expression: str) -> list[str]:
 
 
 def require_columns(table: Table, *columns: str) -> None:
-    """Require these columns of a table."""
+    """Raise InvalidInput if a table lacks one of the given columns."""
     for column in columns:
         if column not in table.columns:
             raise InvalidInput(
@@ -151,13 +153,13 @@ def require_columns(table: Table, *columns: str) -> None:
 
 
 def whole(numbers: np.ndarray) -> bool:
-    """Return True if there are values and all of them are finite."""
+    """Return True if an array has at least one value and all its values are finite."""
     return bool(numbers.size and np.isfinite(numbers).all())
 
 
 @dataclass(frozen=True)
 class Rows:
-    """Rows of a table where an expression holds, in B replicates (one for a plain table).
+    """Selected rows of a table, with their weights in B replicates; B is 1 for a plain table.
 
     Attributes
     ----------
@@ -174,12 +176,12 @@ class Rows:
     plain: bool
 
     def number(self, result: np.ndarray) -> Number:
-        """Return a result (B,), or a float for a plain table."""
+        """Return a result (B,) as a float for a plain table, otherwise unchanged."""
         return float(result[0]) if self.plain else result
 
     @property
     def no_number(self) -> Number:
-        """NaN for every replicate."""
+        """NaN in every replicate, or a single NaN for a plain table."""
         return self.number(np.full(len(self.weights), np.nan))
 
     def where(self, mask: np.ndarray) -> Rows:
@@ -187,15 +189,15 @@ class Rows:
         return Rows(self.frame[mask], self.cluster[mask], self.weights, self.plain)
 
     def mean(self, numbers: np.ndarray) -> np.ndarray:
-        """Mean (B, …) of values (n, …)."""
+        """Mean (B, …) of values (n, …) in each replicate."""
         return bootstrap.weighted_means(numbers, self.cluster, self.weights)
 
     def median(self, numbers: np.ndarray) -> np.ndarray:
-        """Median (B,) of values (n,)."""
+        """Median (B,) of values (n,) in each replicate."""
         return bootstrap.weighted_medians(numbers, self.cluster, self.weights)
 
     def deviation(self, numbers: np.ndarray) -> np.ndarray:
-        """Standard deviation (B,) of values (n,), divisor n - 1; NaN for a single value."""
+        """Standard deviation (B,) of values (n,) in each replicate, divisor n - 1; NaN for a single value."""
         count = self.weights @ np.bincount(self.cluster, minlength=self.weights.shape[1])
         deviations = numbers - numbers.mean()  # against cancellation
         square = np.maximum(self.mean(deviations**2) - self.mean(deviations) ** 2, 0.0)
@@ -203,7 +205,7 @@ class Rows:
             return np.sqrt(square * count / np.where(count > 1, count - 1.0, np.nan))
 
     def largest(self, numbers: np.ndarray) -> np.ndarray:
-        """Largest (B,) of values (n,)."""
+        """Largest (B,) of values (n,) in each replicate."""
         top = np.full(self.weights.shape[1], -np.inf)
         np.maximum.at(top, self.cluster, numbers)
         result = np.where(self.weights > 0, top, -np.inf).max(axis=1)
@@ -212,7 +214,7 @@ class Rows:
     def group_means(
         self, numbers: np.ndarray, group: np.ndarray, groups: int
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Mean of values (n,) and number of rows, (B, groups) each, in each group (n,) int."""
+        """Mean of values (n,) in each group, and number of rows, both (B, groups), for group indices (n,)."""
         shape, at = (self.weights.shape[1], groups), (self.cluster, group)
         if shape[0] * groups > _MAX_DENSE:  # very many people, each a group
             total, rows = (
@@ -228,7 +230,7 @@ class Rows:
 
 
 def rows_of(table: Table | Replicated, where: str = "") -> Rows:
-    """Return the rows of a table, plain or in replicates, where an expression holds."""
+    """Return the rows of a table, plain or in replicates, where an expression is true."""
     if isinstance(table, Replicated):
         mask = holds(table.frame, where) if where else slice(None)  # no copy of all rows
         return Rows(table.frame[mask], table.cluster[mask], table.weights, plain=False)
@@ -237,5 +239,5 @@ def rows_of(table: Table | Replicated, where: str = "") -> Rows:
 
 
 def as_number(result: np.ndarray) -> Number:
-    """Return a float, or the array of its replicates."""
+    """Return a scalar as float, and an array of replicates as an array."""
     return float(result) if np.ndim(result) == 0 else np.asarray(result)

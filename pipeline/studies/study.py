@@ -1,4 +1,4 @@
-"""Base classes of a study's options, which do the work of each stage.
+"""Base classes for the options of a study; their methods compute the stages.
 
 A study (walks, actions, limbs, …) is a folder next to this file.  Its options are plain dataclasses:
 ``sweep.trials=10`` on the command line sets the field `trials` of the `Sweep`.  The stage of the same name calls the
@@ -61,14 +61,14 @@ ClipsT = TypeVar("ClipsT")
 DatasetT = TypeVar("DatasetT")
 ModelT = TypeVar("ModelT")
 Tables: TypeAlias = "dict[str, pd.DataFrame]"
-"""Tables of a figure, by name."""
+"""Tables of a figure, by file name without suffix."""
 
 MAX_VALUES = 100_000
-"""Largest number of values of a grid."""
+"""Largest number of values in a grid."""
 
 
 class Grid(Options):
-    """Equally spaced values from `start` to `stop`, which is included if a whole number of steps reaches it.
+    """Equally spaced values from `start` to `stop`; `stop` is included if it is a whole number of steps away.
 
     Examples
     --------
@@ -90,7 +90,7 @@ class Grid(Options):
 
 
 Swept = Annotated[Grid, lambda name, grid: grid.values(name)]
-"""Grid whose values are computed to validate it."""
+"""Grid that is validated by computing its values."""
 
 
 def scaled(**fields: str | float | Mapping[str, float]) -> Any:
@@ -112,38 +112,38 @@ def scaled(**fields: str | float | Mapping[str, float]) -> Any:
 
 
 class Represents(Protocol):
-    """Options of a dataset whose samples are computed while clips are streamed, one after the other."""
+    """Dataset options that allow samples to be computed one clip at a time, while clips are streamed."""
 
     def represent(self, streaming: Callable[[Reducer], tuple[Any, list[Any]]], /) -> Any:
-        """Return the samples with their clips, whose positions are discarded."""
+        """Return the clips with their samples; the joint positions of the clips have been discarded."""
 
 
 class Dataset(Options, ABC):
     """Options of the dataset stage: how samples are computed from clips."""
 
     corpus: ClassVar[Corpus]
-    """Kind of clips that the samples are computed from."""
+    """Kind of clips from which the samples are computed."""
 
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
         require_bounds("dataset", self)
 
     def shared(self) -> Represents | None:
-        """Return options whose samples, from streamed clips, serve this dataset; None if clips must be stored."""
+        """Return dataset options whose streamed samples this dataset can use; None if clips must be stored."""
         return None
 
     @abstractmethod
     def build(self, clips: Any, *, workers: int) -> Any:
-        """Return the samples: a frozen dataclass with `clip`, `source` and `words` among its fields."""
+        """Return the samples, a frozen dataclass whose fields include `clip`, `source` and `words`."""
 
 
 class Model(Options, ABC):
-    """Options of the model stage: what is learnt from the samples."""
+    """Options of the model stage, which learns from the samples."""
 
     dataset: ClassVar[type[Dataset]]
-    """Class of the dataset that the model is learnt from."""
+    """Class of the dataset from which the model is learnt."""
     published: ClassVar[bool] = False
-    """True if ``arrays.npz`` contains the model, with the results of the sweep."""
+    """True if ``arrays.npz`` contains the model in addition to the results of the sweep."""
 
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
@@ -151,7 +151,7 @@ class Model(Options, ABC):
 
     @abstractmethod
     def learn(self, dataset: Any, *, workers: int) -> Any:
-        """Return the model: a frozen dataclass with `words` among its fields."""
+        """Return the model, a frozen dataclass whose fields include `words`."""
 
 
 @dataclass(frozen=True)
@@ -180,12 +180,12 @@ class SweepInputs(Generic[ClipsT, DatasetT, ModelT]):
     files: Mapping[str, Path] = field(default_factory=dict)
 
     def generator(self, purpose: str = "sweep") -> np.random.Generator:
-        """Return the random generator of this sweep, or of a named part of it."""
+        """Return the random generator of this sweep, or of one purpose within the sweep."""
         return derive_generator(self.seed, purpose)
 
 
 class Sweep(Options, ABC):
-    """Options of the sweep stage: measurements on every fold, for each value."""
+    """Options of the sweep stage, which measures every fold at each value of the swept quantity."""
 
     draws_random_numbers: ClassVar[bool] = False
     """True if the result depends on the seed."""
@@ -200,11 +200,11 @@ class Sweep(Options, ABC):
         require_bounds("sweep", self)
 
     def modules(self) -> list[str]:
-        """Return further modules that compute the result: those of the methods that options name."""
+        """Return further modules that compute the result, such as the modules of the selected methods."""
         return []
 
     def further_files(self, data: Data) -> dict[str, Path]:
-        """Return further files that `measure` reads, by name; their content is part of the key.
+        """Return the other files that `measure` reads, by name; their content is part of the cache key.
 
         Raises
         ------
@@ -214,44 +214,47 @@ class Sweep(Options, ABC):
         return {}
 
     def with_methods(self, names: Sequence[str]) -> Sweep:
-        """Return the sweep with those of these methods that it can compare in addition to its own."""
+        """Return a copy of the sweep that also compares the named methods, where the sweep supports them."""
         return self
 
     def of_populations(self) -> Sweep:
-        """Return the sweep for further populations: the same, or one that measures less."""
+        """Return the sweep that is run on further populations; it may measure less than this sweep."""
         return self
 
     def population_parts(self) -> list[Sweep]:
-        """Return sweeps that together measure a further population; figures that need less run only the first ones."""
+        """Return the sweeps into which the measurement of a further population is divided.
+
+        Figures that need fewer measurements run only the first sweeps.
+        """
         return [self.of_populations()]
 
     def joined(self, parts: Sequence[Any]) -> Any:
-        """Return the measurements of a further population, from those of its parts."""
+        """Return the measurements of one further population, joined from the results of the parts."""
         return parts[0]
 
     @abstractmethod
     def measure(self, inputs: SweepInputs) -> Any:
-        """Return the measurements: a frozen dataclass."""
+        """Return the measurements as a frozen dataclass."""
 
 
 def stack(parts: Sequence[Any]) -> Any:
-    """Return a dataclass whose fields are those of several dataclasses, stacked along a new first axis."""
+    """Return a dataclass whose arrays are those of several dataclasses, stacked along a new first axis."""
     kind = type(parts[0])
     return kind(**{f.name: np.stack([getattr(part, f.name) for part in parts]) for f in fields(kind)})
 
 
 def part(stacked: Any, number: int) -> Any:
-    """Return one of the dataclasses in a result of `stack`."""
+    """Return one of the dataclasses that `stack` has joined."""
     return type(stacked)(**{f.name: getattr(stacked, f.name)[number] for f in fields(stacked)})
 
 
 @dataclass(frozen=True)
 class NoResult:
-    """Result of `NoSweep`."""
+    """Empty result of `NoSweep`."""
 
 
 class NoSweep(Sweep):
-    """No sweep: the figure shows the model."""
+    """Options of a figure without a sweep, which shows the model."""
 
     def measure(self, inputs: SweepInputs) -> NoResult:
         """Return an empty result."""
@@ -260,7 +263,7 @@ class NoSweep(Sweep):
 
 @dataclass(frozen=True)
 class Traits:
-    """Properties of a figure that the stages need, and its timeline.
+    """Properties of a figure that other stages need, such as its timeline.
 
     Attributes
     ----------
@@ -293,7 +296,7 @@ class Traits:
 
 
 class Format(StrEnum):
-    """Formats of a picture."""
+    """File formats of a picture."""
 
     svg = "svg"
     png = "png"
@@ -301,17 +304,17 @@ class Format(StrEnum):
 
 
 class Figure(Options, ABC):
-    """Options of the figure stage: tables, picture and recordings.
+    """Options of the figure stage, which makes tables, a picture and recordings.
 
     `validate` takes the `Experiment`; the other methods take its `FigureInputs`.
     """
 
     model: ClassVar[type[Model]]
-    """Class of the model that the figure shows."""
+    """Class of the model that the figure uses."""
     sweep: ClassVar[Any] = Sweep
-    """Class of the sweep that the figure shows."""
+    """Class of the sweep that the figure uses."""
     traits: ClassVar[Traits] = Traits()
-    """Properties of the figure: populations and timeline."""
+    """Properties of the figure that other stages need."""
 
     picture: bool = True  # draw the picture
     recording: bool = True  # write the Rerun recording
@@ -326,49 +329,49 @@ class Figure(Options, ABC):
     panels: list[str] = []  # letters of the panels that are drawn; empty: all
 
     def marks(self, experiment: Any) -> bool:
-        """Return True if the charts show the values that the paper prints."""
+        """Return True if the charts mark the values published in the paper."""
         return not experiment.data.of_user if self.references is None else self.references
 
     @property
     def printed(self) -> dict[str, Any]:
-        """Options of the picture's files."""
+        """Options for writing the files of the picture."""
         formats = [str(each) for each in self.formats]
         return {"formats": formats, "width_mm": self.width_mm, "dpi": self.dpi, "panels": self.panels}
 
     def validate(self, experiment: Any) -> None:
-        """Validate the options, also against the rest of the experiment.  Raises InvalidInput if they do not fit."""
+        """Validate the options, alone and with the rest of the experiment.  Raises InvalidInput if they do not fit."""
         require_bounds("figure", self)
         if self.panels and type(self).draw is not Figure.draw:
             raise InvalidInput("this picture has no panels to choose from", "figure.panels", code="no_panels")
 
     @abstractmethod
     def tables(self, inputs: Any) -> Tables:
-        """Return the tables by file name without suffix, ``table`` and ``table_…``, sorted."""
+        """Return the tables by file name without suffix: ``table`` and ``table_…``, with sorted rows."""
 
     def arrays(self, inputs: Any) -> dict[str, np.ndarray]:
-        """Return further arrays of ``arrays.npz``, which the report reads; none by default."""
+        """Return additional arrays for ``arrays.npz``, which the report reads; by default none."""
         return {}
 
     def charts(self, inputs: Any, tables: Tables) -> Sheet:
-        """Return the charts of the tables, for picture, recording and page; none by default."""
+        """Return the charts of the tables for the picture, the recording and the page; by default none."""
         return Sheet()
 
     def draw(self, inputs: Any, tables: Tables, picture: Picture) -> None:
-        """Draw the picture: the charts by default."""
+        """Draw the picture; by default, it contains the charts."""
         picture.charts()
 
     def draws_more_than(self, sheet: Sheet) -> bool:
-        """Return True if the picture shows more than the charts on the page."""
+        """Return True if the picture contains more than the charts on the page."""
         overrides = type(self).draw is not Figure.draw
         return overrides or any(chart.picture and not chart.page for chart in sheet.charts)
 
     def record(self, inputs: Any, tables: Tables, begin: Recorder) -> None:
-        """Write the recording: the charts over the timeline of its traits by default."""
+        """Write the recording; by default, it shows the charts over the timeline of the figure's traits."""
         with begin(timeline=self.traits.timeline) as recording:
             recording.blueprint(Columns(Rows(*recording.plots), Notes(), shares=(2, 1)))
 
     def check_sequence(self, sweep: Sweep) -> None:
-        """Require whole numbers on the recording's timeline.  Raises InvalidInput."""
+        """Raise InvalidInput if the grid on the recording's timeline does not consist of whole numbers."""
         name = self.traits.sequence
         grid = getattr(sweep, name, None) if name else None
         if self.recording and isinstance(grid, Grid) and (grid.start % 1 or grid.step % 1):
@@ -384,7 +387,9 @@ class Figure(Options, ABC):
 
 
 def stacked(parts: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
-    """Return the rows of several parts as one table; a column of a part is an array, or one value for all its rows.
+    """Return the rows of several parts as one table.
+
+    A column of a part is an array, or a single value for all rows of the part.
 
     Examples
     --------
@@ -409,7 +414,7 @@ def stacked(parts: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
 
 @dataclass(frozen=True)
 class Study:
-    """Study, with its options by their names on the command line.
+    """Study, a group of option classes with command-line names.
 
     Attributes
     ----------

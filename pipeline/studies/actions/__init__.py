@@ -1,4 +1,4 @@
-"""Actions: performances synchronized and learnt as a prior for tracking, mozerov2006."""
+"""Study of actions: performances are synchronized and learnt as a prior for tracking [mozerov2006]."""
 
 from pipeline.studies.actions import measures
 from pipeline.studies.actions.dataset import PostureDataset

@@ -1,4 +1,4 @@
-"""Performances of an action as postures of 37 numbers each: mozerov2006 section 2."""
+"""Performances of an action as sequences of postures; each posture has 37 numbers [mozerov2006 section 2]."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ class Frame(StrEnum):
 
 
 class Heading(StrEnum):
-    """Yaw that is removed from the hip's direction."""
+    """Frames whose yaw is subtracted from the direction of the hip."""
 
     first = "first"
-    """Yaw of the first frame."""
+    """Yaw of the first frame, subtracted in all frames."""
     every = "every"
     none = "none"
 
@@ -47,7 +47,7 @@ def require_true_course(is_known: bool) -> None:
 
 @dataclass(frozen=True)
 class Postures:
-    """Postures of M performances, end to end.
+    """Postures of M performances, concatenated along the frames.
 
     Attributes
     ----------
@@ -91,25 +91,25 @@ class Postures:
 
     @property
     def duration_s(self) -> np.ndarray:
-        """Seconds from the first to the last frame of each performance, (M,)."""
+        """Duration (M,), s, of each performance, from its first to its last frame."""
         return (np.diff(self.first) - 1) / self.frame_rate_hz
 
     def split(self, values: np.ndarray) -> list[np.ndarray]:
-        """Return an array for each performance, from an array with all of them end to end."""
+        """Split an array of all frames into one array for each performance."""
         return [values[a:b] for a, b in pairwise(self.first)]
 
     def body(self, performance: int) -> LimbLengths:
-        """Return the limb lengths of one performer."""
+        """Return the limb lengths of the performer of one performance."""
         return LimbLengths(
             self.limbs_mm[performance], self.pelvis_mm[performance], self.shoulders_mm[performance]
         )
 
     def mean_body(self) -> LimbLengths:
-        """Return the mean limb lengths over performances."""
+        """Return the limb lengths averaged over all performances."""
         return LimbLengths(*(x.mean(axis=0) for x in (self.limbs_mm, self.pelvis_mm, self.shoulders_mm)))
 
     def true_course(self, pattern: int, samples: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return the true frames of all performances at samples of a pattern, and the samples at which it moves.
+        """Return the true frame of every performance for each sample of a pattern, and a mask of moving samples.
 
         Parameters
         ----------

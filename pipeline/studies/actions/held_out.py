@@ -1,4 +1,4 @@
-"""Held-out performances for tracking, and the action learnt from the other performances.
+"""Held-out performances for tracking, and the action model learnt from the remaining performances.
 
 A tracker knows the lengths of the actor's limbs, the level of the floor and the actor's first heading.  Everything else
 comes from the other performances: aSpace, pattern, synchronization, action model, diffusion of deviations, duration of
@@ -24,22 +24,22 @@ from pipeline.validation import InvalidInput
 
 
 class LeaveOut(StrEnum):
-    """Performances that are left out of the model of a performance."""
+    """Performances that are excluded from the model with which one performance is tracked."""
 
     performance = "performance"
-    """The performance itself."""
+    """Only the tracked performance."""
     person = "person"
-    """All performances of the same person."""
+    """All performances of the tracked person."""
 
 
 _PELVIS, _HIPS = WALKER15.index("pelvis"), [WALKER15.index(f"{side}_hip") for side in ("left", "right")]
 _HIP_COSINES = slice(1, 3)
-"""Horizontal direction cosines of the hip in a posture."""
+"""Positions of the hip's horizontal direction cosines among the numbers of a posture."""
 
 
 @dataclass(frozen=True)
 class Performance:
-    """One performance, as postures for learning and as joints for tracking.
+    """A single performance, as postures for learning and as joints for tracking.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class Performance:
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Action learnt from the other performances.
+    """Action learnt without the held-out performances.
 
     Attributes
     ----------
@@ -81,7 +81,7 @@ class HeldOut:
     frame: str
 
     def joints(self, coordinates: np.ndarray, body: LimbLengths) -> np.ndarray:
-        """Return joints (S, 15, 3) in mm of a body at points (S, b) of the aSpace; NaN if a point is not a posture.
+        """Return the joints (S, 15, 3), mm, of a body in postures (S, b) of the aSpace; NaN if one is not a posture.
 
         Once in millions of steps, a random walk through the aSpace reaches a limb that points against its rest
         direction.  Its frame is undefined there, and a particle without joints gets no weight.
@@ -100,7 +100,7 @@ def performances_of(dataset: Postures) -> list[Performance]:
 
 
 def standing(recorded: np.ndarray, postures: np.ndarray, floor_mm: float) -> np.ndarray:
-    """Return recorded joints (F, 15, 3), mm, with the pelvis over the origin, floor at z = 0 and the postures' heading.
+    """Return recorded joints (F, 15, 3), mm, moved to the origin and the floor, with the heading of the postures.
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ def standing(recorded: np.ndarray, postures: np.ndarray, floor_mm: float) -> np.
 
 
 def left_out(people: np.ndarray, performance: int, leave_out: LeaveOut) -> np.ndarray:
-    """Return a mask (M,) of the performances that the model of one performance leaves out.
+    """Return a mask (M,) of the performances to exclude from the model that is tested on one performance.
 
     Parameters
     ----------
@@ -148,7 +148,7 @@ def left_out(people: np.ndarray, performance: int, leave_out: LeaveOut) -> np.nd
 
 
 def learn_without(options: ActionSpaceModel, performances: Sequence[Performance], out: np.ndarray) -> HeldOut:
-    """Return the action learnt from all performances except those left out.
+    """Return the action learnt from all performances except the excluded ones.
 
     Parameters
     ----------

@@ -18,7 +18,7 @@ from pipeline.studies.study import Model, SweepInputs
 from pipeline.validation import Count, InvalidInput, Positive, Several, bounded, require_range
 
 ALIGNMENTS = ("raw", "linear", "keyframe", "synchronized")
-"""Alignments: ways to bring performances to a common time.
+"""Ways to bring performances to a common time.
 
 ``raw``           as recorded, with different lengths
 ``linear``        one constant rate for each performance [mozerov2006 7]
@@ -27,25 +27,29 @@ ALIGNMENTS = ("raw", "linear", "keyframe", "synchronized")
 """
 
 MAX_RELATIVE_DISTANCE = 1.5
-"""Global distance, relative to the median one, above which a performance may be of another action.  It must also be
-outside the bounds learnt without it at all samples."""
+"""Largest usual ratio of a performance's global distance to the median over performances.
+
+A performance above it may be of another action, if it is also outside the bounds learnt without it at all samples.
+"""
 
 MAX_VARIANCE_LEFT = 0.8
-"""Share of the variance left by synchronization above which motions are unrelated: bends and squats leave up to 0.44,
-unrelated motions 0.95 or more."""
+"""Largest share of variance left by synchronization; motions with a larger share are unrelated.
+
+Bends and squats leave up to 0.44, unrelated motions 0.95 or more.
+"""
 
 
 class Penalty(StrEnum):
-    """Quantity that the smoothness mu penalises [mozerov2006 12, 16]."""
+    """Quantity that is penalised with the smoothness weight mu [mozerov2006 12, 16]."""
 
     change = "change"
-    """Change of the disparity, mu |k|."""
+    """Change k of the disparity between samples: mu |k|."""
     as_printed = "as_printed"
-    """Size of the disparity, mu |d + k|."""
+    """Disparity after the change, d + k: mu |d + k|."""
 
 
 class Start(StrEnum):
-    """Disparity of the first sample: zero (``fixed``) or any (``free``)."""
+    """Disparity at the first sample: zero (``fixed``) or arbitrary (``free``)."""
 
     fixed = "fixed"
     free = "free"
@@ -53,7 +57,7 @@ class Start(StrEnum):
 
 @dataclass(frozen=True)
 class Acceptance:
-    """Acceptance of postures by models learnt without them.
+    """Acceptance of postures by models that are learnt without these postures.
 
     Attributes
     ----------
@@ -115,7 +119,7 @@ class Action:
     remarks: list[str]
 
     def sequences(self, alignment: str) -> list[np.ndarray]:
-        """Return every performance in the aSpace: (F, b) if raw, else (P, b)."""
+        """Return every performance in the aSpace: (F, b) if the alignment is ``raw``, otherwise (P, b)."""
         if alignment == "raw":
             return [self.raw[a:b] for a, b in pairwise(self.first)]
         return list(getattr(self, alignment))
@@ -133,7 +137,7 @@ class Action:
 
     @property
     def farthest(self) -> int:
-        """Performance with the largest disparity from the median sequence, the first on ties."""
+        """Index of the performance with the largest disparity from the median sequence; the first of equal ones."""
         return int(np.abs(self.disparity).max(axis=1).argmax())
 
 
@@ -141,7 +145,7 @@ ActionInputs = SweepInputs[None, Postures, Action]
 
 
 class ActionSpaceModel(Model):
-    """aSpace, median sequence, synchronized performances and action model."""
+    """Options of the aSpace, the synchronization of performances and the action model."""
 
     dataset = PostureDataset
     published = True
@@ -171,7 +175,7 @@ class ActionSpaceModel(Model):
 
     @property
     def path_options(self) -> dict[str, Any]:
-        """Arguments of `synchronization.synchronize` that define the admissible paths; all except mu."""
+        """Arguments of `synchronization.synchronize` that define the admissible paths, without the smoothness mu."""
         return {
             "max_disparity": self.max_disparity,
             "penalty": self.penalty.value,
@@ -191,7 +195,7 @@ class ActionSpaceModel(Model):
         )
 
     def learn(self, dataset: Postures, *, workers: int) -> Action:
-        """Return the action, with acceptance by models learnt without each performance, and without each person."""
+        """Return the action, and the acceptance of each performance by models without it or without its person."""
         learnt = self.teach(dataset.split(dataset.postures))
         keyed = action_model.by_key_frames(learnt.raw, samples=self.samples, count=self.key_frames)
         aligned = {"linear": learnt.linear, "keyframe": keyed.sequences, "synchronized": learnt.synchronized}

@@ -1,4 +1,4 @@
-"""Postures sampled from the action model, and their distances from recorded postures: mozerov2006 figure 4.
+"""Random postures from the action model, and their distances from recorded postures: mozerov2006 figure 4.
 
 "For each selected mean posture, only similar and meaningful postures are generated."  Similarity is measured by the
 distance from the mean posture, meaning by the distance from the nearest recorded posture.  Both are compared with
@@ -23,36 +23,46 @@ from pipeline.studies.study import Sweep
 from pipeline.validation import Count, Distinct, require_range
 
 KINDS = ("accepted", "outside", "training", "unsynchronized")
-"""Kinds of postures: sampled within the bounds; sampled with every coordinate beyond the bounds; recorded and
-synchronized, at the same frame; sampled within the bounds of a model without synchronization."""
+"""Kinds of postures that are compared.
+
+``accepted`` postures are sampled within the bounds.  ``outside``: sampled with every coordinate beyond the bounds.
+``training``: recorded and synchronized, at the same frame.  ``unsynchronized``: sampled within the bounds of a model
+without synchronization.
+"""
 
 TAIL_MM, TAIL_SHARE = 100.0, 95.0
-"""Distance that is visible, a knee's breadth, and the percentile of the tail: "only" is a statement about the tail."""
+"""Distance that is clearly visible, mm (a knee's breadth), and the percentile of distances that is reported.
+
+The paper says that "only" plausible postures are accepted, which is a statement about the tail.
+"""
 
 TAILS = ("accepted", "together", "unsynchronized")
-"""Sampled coordinate by coordinate, as the paper accepts postures; from the full covariance of the frame; and
-coordinate by coordinate without synchronization."""
+"""Kinds of samples whose largest distances are reported.
+
+``accepted`` postures are sampled coordinate by coordinate, as the paper accepts postures.  ``together``: from the full
+covariance of the frame.  ``unsynchronized``: coordinate by coordinate without synchronization.
+"""
 
 RESAMPLED_TAILS = (DRAW, "frame", "kind", "nearest_training_p95_mm", "beyond_100mm_percent")
-"""Columns of the tails with resampled people."""
+"""Columns of the table of largest distances for resampled people."""
 
 RESAMPLED_COLUMNS = (DRAW, "frame", "kind", "nearest_training_mm", "spread_mm")
-"""Columns of the measurements with resampled people."""
+"""Columns of the table of median distances for resampled people."""
 
 BEYOND = (1.0, 3.0)
-"""Range of the distance of rejected postures beyond the bounds, in standard deviations."""
+"""Range of the distance between rejected postures and the bounds, in standard deviations."""
 
 _STREAM = 20064  # separates these draws from those of other stages with the same seed
 _BLOCK = 64
 RESAMPLED_POSTURES = 64
-"""Number of postures sampled at each frame from each model of resampled people."""
+"""Number of postures sampled at each frame from the model of each resample of people."""
 TAIL_POSTURES = 200
-"""Number of postures sampled for tails, so that ten lie beyond the 95th percentile."""
+"""Number of postures sampled for the tail, such that ten of them lie beyond the 95th percentile."""
 
 
 @dataclass(frozen=True)
 class SampledPostures:
-    """Mean postures, accepted postures for display, and distances of many postures from recorded ones.
+    """Mean postures, accepted postures for display, and the distances of samples from recorded postures.
 
     Attributes
     ----------
@@ -83,7 +93,7 @@ class SampledPostures:
 
 
 class PostureSampling(Sweep):
-    """Sampling of accepted postures from the action model."""
+    """Options of sampling accepted postures from the action model."""
 
     draws_random_numbers = True
 
@@ -123,7 +133,7 @@ class PostureSampling(Sweep):
         )
 
     def _at_frame(self, action: _Action, number: int) -> _Frame:
-        """Return the samples of one frame of the mean performance, counted from 1, and their distances."""
+        """Return the samples at one frame of the mean performance, and their distances; frames count from 1."""
         at, inputs = number - 1, action.inputs
         generator = np.random.default_rng([inputs.seed, _STREAM, number])
         drawn = {
@@ -150,7 +160,7 @@ class PostureSampling(Sweep):
 
 @dataclass(frozen=True)
 class _Frame:
-    """Measurements at one frame: tables, distances between recorded postures (M, M), bodies for display."""
+    """Measurements at one frame: table rows, distances (M, M) between recorded postures, bodies for display."""
 
     number: int
     rows: list[dict[str, Any]]
@@ -183,7 +193,7 @@ class _Action:
         generator: np.random.Generator,
         at: int,
     ) -> np.ndarray:
-        """Return postures (count, b) of one of `KINDS`, from the models with and without synchronization."""
+        """Return postures (count, b) of one of `KINDS`; the two models are with and without synchronization."""
         if kind == "training":
             return self.performances[:, at]
         draws = beyond if kind == "outside" else action_model.sample
@@ -192,7 +202,7 @@ class _Action:
     def row(
         self, number: int, kind: str, coordinates: np.ndarray, bodies: np.ndarray, closest: np.ndarray
     ) -> dict[str, Any]:
-        """Return the row of ``rows`` for postures (S, b) of one kind, bodies (S, 15, 3) and distances (S,), mm."""
+        """Return the table row of postures (S, b) of one kind, with bodies (S, 15, 3) and distances (S,), mm."""
         at, learnt = number - 1, self.learnt
         cosines = self.inputs.model.space.postures(coordinates)[:, 1:].reshape(len(coordinates), -1, 3)
         norms = np.linalg.norm(cosines, axis=-1)
@@ -212,13 +222,13 @@ class _Action:
         }
 
     def _spread(self, bodies: np.ndarray, model: ActionModel, at: int) -> float:
-        """Return the median over bodies (S, 15, 3) of the mean joint distance, mm, from the mean posture."""
+        """Return the median over bodies (S, 15, 3) of the mean distance of their joints from the mean posture, mm."""
         return np.median(np.linalg.norm(bodies - self.joints(model.mean[at]), axis=-1).mean(axis=-1))
 
     def resampled(
         self, draw: int, resampled: np.ndarray, between: dict[int, np.ndarray]
     ) -> tuple[list[tuple[Any, ...]], list[tuple[Any, ...]]]:
-        """Return the medians of both distances, and the tails, by models of resampled performances.
+        """Return the median distances and the tails of samples from models of resampled performances.
 
         Parameters
         ----------
@@ -259,7 +269,9 @@ class _Action:
 def together(
     performances: np.ndarray, count: int, generator: np.random.Generator, *, bound: float
 ) -> np.ndarray:
-    """Return postures (count, b) from the full covariance of one frame, within the bounds in every principal direction.
+    """Return postures (count, b) sampled from the full covariance of one frame.
+
+    All principal coordinates are within the bounds.
 
     Parameters
     ----------
@@ -278,7 +290,7 @@ def together(
 
 
 def tail(closest: np.ndarray) -> dict[str, float]:
-    """Return the 95th percentile of distances (S,) in mm, and the share beyond 100 mm in per cent."""
+    """Return the 95th percentile, mm, of distances (S,) and the percentage of distances above 100 mm."""
     return {
         "nearest_training_p95_mm": float(np.percentile(closest, TAIL_SHARE)),
         "beyond_100mm_percent": 100.0 * float((closest > TAIL_MM).mean()),
@@ -288,7 +300,7 @@ def tail(closest: np.ndarray) -> dict[str, float]:
 def beyond(
     model: ActionModel, count: int, generator: np.random.Generator, *, at: int, bound: float
 ) -> np.ndarray:
-    """Return postures (count, b) that the action model rejects: every coordinate beyond the bounds, on either side.
+    """Return postures (count, b) that the action model rejects, with every coordinate beyond the bounds.
 
     Parameters
     ----------
@@ -307,7 +319,7 @@ def beyond(
 
 
 def nearest(joints: np.ndarray, recorded: np.ndarray, workers: int) -> np.ndarray:
-    """Return the mean joint distance (S, M) in mm from each posture to the nearest one of each performance.
+    """Return the mean joint distance (S, M), mm, from each posture to the nearest posture of each performance.
 
     Parameters
     ----------

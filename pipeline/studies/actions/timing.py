@@ -1,4 +1,4 @@
-"""Duration of synchronization: one pair, all performances onto one pattern, and all ordered pairs.
+"""Computing time of synchronization: one pair, all performances onto one pattern, and all ordered pairs.
 
 mozerov2006 section 4 gives 0.015 s for a pair and 0.6 s for forty performances onto a chosen pattern.  The
 choice of the median sequence needs all ordered pairs.
@@ -21,7 +21,7 @@ from pipeline.validation import Count
 
 @dataclass(frozen=True)
 class Timings:
-    """Median durations of repeated runs, in seconds.
+    """Median computing times, s, over repeated runs.
 
     Attributes
     ----------
@@ -34,12 +34,12 @@ class Timings:
 
 
 class Timing(Sweep):
-    """Duration of synchronization."""
+    """Options of timing the synchronization."""
 
     repeats: Count = 5  # number of runs, whose median is reported
 
     def measure(self, inputs: ActionInputs) -> Timings:
-        """Return the duration of synchronization on this machine."""
+        """Return the computing times of synchronization on this machine."""
         linear, median = inputs.model.linear, inputs.model.median
         others = [m for m in range(len(linear)) if m != median]
         options = {**inputs.model_options.path_options, "smoothness": inputs.model.smoothness}

@@ -1,4 +1,4 @@
-"""Tracking of held-out performances in 2D: with the action model as prior, without it, and by the mean alone.
+"""Tracking of held-out performances from 2D images, with the action model as prior and with baselines.
 
 mozerov2006 learns the action model for this purpose but describes no tracker (sections 1 and 4).
 """
@@ -22,13 +22,13 @@ from pipeline.studies.study import Sweep, scaled
 from pipeline.validation import CountOrAll, Distinct, Finite, InvalidInput, NonNegative, bounded
 
 USUAL_PARTICLES = 500
-"""Number of particles while another quantity varies, if the sweep includes this number."""
+"""Number of particles while noise or occlusion varies, provided that the sweep includes this number."""
 _STREAM = 20060  # separates these draws from those of other stages with the same seed
 
 
 @dataclass(frozen=True)
 class TrackingErrors:
-    """Errors of every method on held-out performances, and one performance for display.
+    """Errors of every method on the held-out performances, and one performance for display.
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ class TrackingErrors:
 
 
 class HeldOutTracking(Sweep):
-    """Held-out performances tracked in 2D with the action model as prior."""
+    """Options of tracking held-out performances from 2D images with the action model as prior."""
 
     draws_random_numbers = True
 
@@ -87,7 +87,7 @@ class HeldOutTracking(Sweep):
 
     @property
     def conditions(self) -> list[tuple[str, Condition]]:
-        """Varied quantity and condition of every point of the sweep, one quantity at a time."""
+        """Varied quantity and condition at every point of the sweep; only one quantity varies at a time."""
         ordered, noise_mm = sorted(self.particles), self.baseline_noise_mm
         usual = USUAL_PARTICLES if USUAL_PARTICLES in ordered else ordered[len(ordered) // 2]
         return [
@@ -98,12 +98,12 @@ class HeldOutTracking(Sweep):
 
     @property
     def demonstrated(self) -> Condition:
-        """Condition of the display: the middle share of hidden joints."""
+        """Condition that is displayed, with the middle one of the shares of hidden joints."""
         of_occlusion = [condition for varied, condition in self.conditions if varied == "occlusion"]
         return of_occlusion[len(of_occlusion) // 2]
 
     def ways(self, people: np.ndarray) -> tuple[list[LeaveOut], list[str]]:
-        """Return the kinds of leaving out that the data allow, and remarks on the others."""
+        """Return the kinds of leave-out that are possible with these people, and remarks on impossible ones."""
         if LeaveOut.person not in self.leave_out or len(np.unique(people)) > 1:
             return list(self.leave_out), []
         if self.leave_out == [LeaveOut.person]:
@@ -118,7 +118,7 @@ class HeldOutTracking(Sweep):
         return [LeaveOut.performance], ["tracking: there is only one person, so no person is left out"]
 
     def measure(self, inputs: ActionInputs) -> TrackingErrors:
-        """Return the errors; the model is learnt again without each performance, with the same options.
+        """Return the tracking errors; each model is learnt from the performances that are not held out.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""Tracking of one held-out performance: with the action model as prior, without it, and by the mean alone."""
+"""Tracking of one held-out performance, with the action model as prior and with baselines."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pipeline.studies.occlusion import occlusion
 
 @dataclass(frozen=True, order=True)
 class Condition:
-    """Condition of a track: particles, noise and share of hidden joints."""
+    """Condition of tracking: number of particles, noise of the image, and share of hidden joints."""
 
     particles: int
     noise_mm: float
@@ -24,19 +24,23 @@ class Condition:
 
     @property
     def words(self) -> tuple[int, ...]:
-        """Integers of the condition, for a seed."""
+        """Condition as integers, for the seed of a random generator."""
         return self.particles, round(1e3 * self.noise_mm), round(1e6 * self.occluded)
 
 
 FILTERS = ("prior", "no_prior", "no_prior_own_step")
-"""Particle filters: with the prior; as a random walk with the prior's diffusion; as one with the data's step size."""
+"""Particle filters: with the prior, and random walks with two step sizes.
+
+Without the prior, the step size is the diffusion of the prior (``no_prior``) or that of the data
+(``no_prior_own_step``).
+"""
 
 METHODS = (*FILTERS, "mean_linear_phase", "mean_best_phase")
 
 
 @dataclass(frozen=True)
 class Tracked:
-    """Tracks of one performance under several conditions, by K methods.
+    """Tracks of one performance by K methods under several conditions.
 
     Attributes
     ----------
@@ -55,7 +59,7 @@ class Tracked:
 
 @dataclass(frozen=True)
 class Trial:
-    """One performance in front of the camera, with its trackers.
+    """One performance in front of the camera, with all that is needed to track it.
 
     Attributes
     ----------
@@ -104,7 +108,7 @@ class Trial:
         return Tracked(pd.DataFrame(rows), *display)
 
     def seen(self, condition: Condition) -> np.ndarray:
-        """Return the image (T, 15, 2), mm, of an orthographic camera, NaN where a joint is hidden.
+        """Return the image (T, 15, 2), mm, of an orthographic camera; NaN where a joint is hidden.
 
         The image is the same for every method and model.  All conditions share a seed, so that they differ only in the
         varied quantity: errors grow with the noise, and runs of hidden frames grow with the share of hidden joints.
@@ -118,7 +122,7 @@ class Trial:
         return image
 
     def filtered(self, method: str, condition: Condition, image: np.ndarray) -> Track:
-        """Return the track of an image by a particle filter."""
+        """Return the track that a particle filter estimates from an image."""
         held_out, model = self.held_out, self.held_out.action.model
         dynamics = held_out.dynamics
         if method == "no_prior_own_step":
@@ -139,7 +143,10 @@ class Trial:
         )
 
     def _mean_alone(self) -> list[np.ndarray]:
-        """Return the mean performance on this body: at a constant rate, and at the phase nearest to the truth."""
+        """Return the mean performance with the tracked body, at a constant rate and at the best phase of each frame.
+
+        The best phase is that of the mean posture nearest to the true posture.
+        """
         mean, true = self.held_out.action.model.mean, self.performance.joints_mm
         at_constant_rate = interpolate(mean, np.linspace(0.0, len(mean) - 1.0, len(true)))  # [mozerov2006 7]
         drawn = self.held_out.joints(mean, self.performance.body)

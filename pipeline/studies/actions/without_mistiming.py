@@ -1,4 +1,4 @@
-"""Baseline of synchronization: performances without mistiming, which are synchronized all the same.
+"""Baseline of synchronization: performances without timing errors, which are synchronized nevertheless.
 
 Every performance is brought to a common time, then synchronized again, by key-frames and automatically.  The variance
 that this removes comes from differences of posture, not of time.
@@ -23,7 +23,7 @@ from pipeline.studies.actions.model import Action, ActionSpaceModel
 
 @dataclass(frozen=True)
 class WithoutMistiming:
-    """Performances without mistiming, and synchronized again.
+    """Performances without timing errors, before and after synchronization.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class WithoutMistiming:
 
 
 def without_mistiming(dataset: Postures, action: Action, options: ActionSpaceModel) -> WithoutMistiming:
-    """Return the performances without mistiming, before and after synchronization."""
+    """Return performances that have no timing errors, before and after they are synchronized."""
     samples, median = action.linear.shape[1], action.median
     if dataset.phase is None:
         common = 2.0 * action.synchronized.mean(axis=0) - action.synchronized

@@ -1,1 +1,1 @@
-"""Fourier representations of walks, and eigenwalkers of each fold, shared by several studies."""
+"""Fourier representations of walks and the eigenwalkers of each fold, which several studies share."""

@@ -1,4 +1,4 @@
-"""Average walker and eigenwalkers, of all walkers and of each fold: zhang2007 3.3, zhang2004 section 3."""
+"""Average walker and eigenwalkers of all walkers and of each fold: zhang2007 3.3, zhang2004 section 3."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pipeline.studies.study import Model, part, stack
 from pipeline.validation import Count, InvalidInput, Positive
 
 BLOCK = 64
-"""Number of folds that are computed together."""
+"""Number of folds that are computed together, as one block."""
 
 Divisor = StrEnum("Divisor", {"R-1": "R-1", "R": "R"})
 Divisor.__doc__ = """Divisor of the covariance, which the papers do not state."""
@@ -24,7 +24,7 @@ Divisor.__doc__ = """Divisor of the covariance, which the papers do not state.""
 
 @dataclass(frozen=True)
 class Eigenwalkers:
-    """Linear models of the whole population and of all folds.
+    """Linear models of all walkers and of all leave-one-person-out folds.
 
     Attributes
     ----------
@@ -50,17 +50,17 @@ class Eigenwalkers:
     remarks: list[str]
 
     def fold(self, walker: int) -> LinearModel:
-        """Return the model learnt without a walker."""
+        """Return the model trained on all walkers but one."""
         return part(self.folds, walker)
 
     @property
     def kept(self) -> int:
-        """Number of eigenwalkers of each fold."""
+        """Number of eigenwalkers in the model of each fold."""
         return self.folds.components.shape[1]
 
 
 class EigenwalkersModel(Model):
-    """Average walker and eigenwalkers."""
+    """Options of the average walker and the eigenwalkers."""
 
     dataset = FourierDataset
 
@@ -71,7 +71,7 @@ class EigenwalkersModel(Model):
     omega_scale_mm: Positive | None = 1.0  # null: equal to the mean variance of the other numbers
 
     def training(self, dataset: FourierSamples) -> tuple[np.ndarray, dict[str, Any]]:
-        """Return the samples (R, D), and all other arguments of `linear_model.leave_one_out` except the groups."""
+        """Return the samples (R, D) and the other arguments of `linear_model.leave_one_out`, without the groups."""
         rate = dataset.frequency_hz if dataset.frequency else None
         samples = linear_model.flatten(dataset.coefficients, rate)
         mirrors = linear_model.flatten(fourier.mirrored(dataset.coefficients), rate) if self.mirror else None

@@ -1,4 +1,4 @@
-"""Steady walks as Fourier representations: zhang2007 3.1-3.4, zhang2004 section 2."""
+"""Fourier representations of steady walks: zhang2007 3.1-3.4, zhang2004 section 2."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Origin(StrEnum):
 
 
 class Size(StrEnum):
-    """Normalisation of size."""
+    """Normalisation of body size."""
 
     absolute = "absolute"
     stature = "stature"
@@ -35,27 +35,27 @@ class Pelvis(StrEnum):
     """Definition of the pelvis."""
 
     measured = "measured"
-    """Point of the mapping."""
+    """Pelvis point of the skeleton mapping."""
     hips = "hips"
-    """Midpoint of the hips."""
+    """Midpoint between the hips."""
     above = "above"
-    """Above the midpoint of the hips, as far as in the average walker published by the laboratory of zhang2007."""
+    """Point above the midpoint of the hips, at the height that the published average walker of zhang2007 has."""
 
 
 class Sternum(StrEnum):
     """Definition of the sternum."""
 
     measured = "measured"
-    """Point of the mapping."""
+    """Sternum point of the skeleton mapping."""
     below_shoulders = "below_shoulders"
-    """Below the midpoint of the shoulders, as far as in the same average walker."""
+    """Point below the midpoint of the shoulders, at the distance that the published average walker has."""
 
 
 class Selection(StrEnum):
-    """Selection of the walks of a person."""
+    """Selection among the walks of each person."""
 
     best = "best"
-    """Walk that two harmonics describe best."""
+    """Walk that two harmonics fit best."""
     all = "all"
 
 
@@ -104,7 +104,7 @@ class FourierSamples:
 
 @dataclass(frozen=True, kw_only=True)
 class RepresentedWalks(Walks):
-    """Walks with their Fourier representations, whose positions have been discarded.
+    """Walks with their Fourier representations; the joint positions have been discarded.
 
     Attributes
     ----------
@@ -118,7 +118,7 @@ _Series: TypeAlias = fourier.FourierRepresentation
 
 
 class FourierDataset(Dataset):
-    """Fourier representations of steady walks."""
+    """Options of the Fourier representations of steady walks."""
 
     corpus = WALKS
 
@@ -131,16 +131,19 @@ class FourierDataset(Dataset):
     walks: Selection = Selection.best
 
     def shared(self) -> FourierDataset:
-        """Return the options without the frequency: every sample has it, whether it is counted or not."""
+        """Return the options without `frequency`.
+
+        Every sample contains the frequency, and the option only decides if it belongs to the vector.
+        """
         return replace(self, frequency=False)
 
     def represent(self, streaming: Callable[[Reducer], tuple[Walks, list[_Series]]]) -> RepresentedWalks:
-        """Return walks without positions, and their Fourier representations."""
+        """Return the walks without joint positions but with their Fourier representations."""
         clips, series = streaming(self._represented)
         return RepresentedWalks(**vars(clips), samples=self._samples(clips, series.__getitem__))
 
     def build(self, clips: Walks, *, workers: int) -> FourierSamples:
-        """Return the Fourier representations of the chosen walks."""
+        """Return the Fourier representations of the selected walks."""
         if isinstance(clips, RepresentedWalks):
             return replace(clips.samples, frequency=self.frequency)
 
@@ -157,7 +160,7 @@ class FourierDataset(Dataset):
         frequency_hz: float,
         dropped: np.ndarray | slice = slice(0),
     ) -> _Series:
-        """Return a walk's Fourier representation, before the normalisation of size."""
+        """Return the Fourier representation of a walk, before body size is normalised."""
         walk = redefine(motion, pelvis=self.pelvis.value, sternum=self.sternum.value)
         centred = set_origin(walk, origin=self.origin.value)
         # A dropped joint is a constant that is the same for all walks and so has no effect.
@@ -168,7 +171,7 @@ class FourierDataset(Dataset):
         )
 
     def _unknown(self, unknown: np.ndarray) -> np.ndarray:
-        """Return the joints (…, 15) that are not measured: a sternum defined by the shoulders needs both."""
+        """Return the mask (…, 15) of unmeasured joints; a sternum defined by the shoulders needs both shoulders."""
         if self.sternum is Sternum.measured:
             return unknown
         redefined = unknown.copy()
@@ -178,7 +181,7 @@ class FourierDataset(Dataset):
     def _samples(
         self, clips: Walks, representation: Callable[[int], _Series], workers: int = 1
     ) -> FourierSamples:
-        """Return the samples of the chosen walks, from the representation of each."""
+        """Return the samples of the selected walks, from a function that represents one walk."""
         numbers = _choose(clips.person, clips.residual_share, self.walks)
         stature = clips.stature_mm
         normalised = self.size is Size.stature
@@ -186,7 +189,7 @@ class FourierDataset(Dataset):
         series = map_processes(representation, numbers, workers)
 
         def stack(name: str, power: int = 0) -> np.ndarray:
-            """Return one field of all representations, scaled by a power of the size factor."""
+            """Return one field of all representations as an array, multiplied by a power of each walk's size factor."""
             return np.stack(
                 [getattr(s, name) * scale[walk] ** power for walk, s in zip(numbers, series, strict=True)]
             )
@@ -213,7 +216,7 @@ class FourierDataset(Dataset):
 
 
 def _choose(person: np.ndarray, residual_share: np.ndarray, walks: Selection) -> list[int]:
-    """Indices of the walks to use: all walks, or the walk of each person that two harmonics describe best."""
+    """Indices of the selected walks: all walks, or for each person the walk that two harmonics fit best."""
     if walks is Selection.all:
         return list(range(len(person)))
     best: dict[str, int] = {}

@@ -1,4 +1,4 @@
-"""Camera paths of all trials, and the options that place a camera.
+"""Paths of the camera in all trials, and the options that place the camera.
 
 A new path needs a member of `Camera`, its colour, and a case in `CameraSweep.camera`.
 """
@@ -20,25 +20,25 @@ class Camera(StrEnum):
     """Motion of the camera."""
 
     still = "still"
-    """Fixed in place and direction."""
+    """Camera with fixed position and direction."""
     moving = "moving"
-    """Moving around at constant distance and speed, directed at the middle of the motion."""
+    """Camera that circles at constant distance and speed, directed at the middle of the motion."""
     shaky = "shaky"
-    """Moving, and held by hand."""
+    """Moving camera with the shaking of a hand."""
 
     @property
     def words(self) -> str:
-        """Name for captions and legends."""
+        """Name of the camera in captions and legends."""
         return f"{self} camera"
 
     @property
     def colour(self) -> str:
-        """Colour of its lines in pictures and recordings."""
+        """Colour of the lines that belong to the camera in pictures and recordings."""
         return {Camera.still: "orange", Camera.moving: "purple", Camera.shaky: "blue"}[self]
 
 
 class CameraSweep(Sweep):
-    """Sweep over motion in front of perspective cameras."""
+    """Options of sweeps with perspective cameras in front of a motion."""
 
     draws_random_numbers = True
 
@@ -55,7 +55,7 @@ class CameraSweep(Sweep):
         *,
         azimuth_rad: float | None = None,
     ) -> Pinhole:
-        """Return a camera on one side of a moving root, directed at its mean position.
+        """Return a camera directed at the mean position of a moving root.
 
         Parameters
         ----------
@@ -83,5 +83,5 @@ class CameraSweep(Sweep):
         return camera
 
     def upright_mm(self, image: np.ndarray) -> np.ndarray:
-        """Convert image points (…, 2), px, to mm at the camera's distance, with axes to the right and up."""
+        """Convert image points (…, 2) from px to mm at the camera's distance, with axes to the right and up."""
         return image * (self.distance_mm / self.focal_px) * [1.0, -1.0]

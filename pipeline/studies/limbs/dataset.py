@@ -16,7 +16,7 @@ from pipeline.validation import Count, InvalidInput, Positive, bounded
 
 @dataclass(frozen=True)
 class LimbStretches:
-    """Stretches of equal length from clips.
+    """Motion stretches of equal length, cut from clips.
 
     Attributes
     ----------
@@ -45,12 +45,12 @@ class LimbStretches:
     remarks: list[str]
 
     def seed_label(self, number: int) -> str:
-        """Return a label that identifies a stretch in any data set, for its random generators."""
+        """Return a label for random generators that identifies a stretch in any data set."""
         return f"{self.source[number]}:{self.clip[number]}:{self.start_s[number]:g}"
 
 
 class LimbDataset(Dataset):
-    """Options of stretches of equal length."""
+    """Options for cutting clips into stretches of equal length."""
 
     corpus = VARIED
 
@@ -59,7 +59,7 @@ class LimbDataset(Dataset):
     stretches: Count = 2  # number of stretches of each clip, spread evenly; fewer if it is too short
 
     def build(self, clips: VariedClips, *, workers: int) -> LimbStretches:
-        """Return the stretches of all clips that are long enough."""
+        """Return the stretches of all clips that have enough frames."""
         stretches, clip_of, starts, short, longest = [], [], [], [], 0
         for number in range(len(clips)):
             motion = clips.motion(number)

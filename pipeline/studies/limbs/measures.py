@@ -1,4 +1,4 @@
-"""Measures for the tables of limbs: park2011."""
+"""Measures of the tables of limbs: park2011."""
 
 from __future__ import annotations
 
@@ -20,11 +20,14 @@ from pipeline.studies.rows import (
 )
 
 PAPERS_ADJUSTMENT = "refined"
-"""Adjustment of the radius in the paper: longer in all frames if a ray misses the sphere, then refined."""
+"""Name of the paper's adjustment of the radius.
+
+If a ray misses the sphere, the radius is increased in all frames; then it is refined.
+"""
 
 
 def dividing_reconstructibility(table: Table, found: float, error: str = "limb_error") -> Number:
-    """Reconstructibility that best separates limbs with an error below `found` from the others.
+    """Reconstructibility that best separates limbs with an error below `found` from other limbs.
 
     It puts the fewest limbs on the wrong side.  It is the geometric mean of two neighbours, and the middle one of
     several equally good values.  NaN if the error is below `found` for all limbs or for none.
@@ -40,7 +43,7 @@ def dividing_reconstructibility(table: Table, found: float, error: str = "limb_e
 
 
 def _dividing(eta: np.ndarray, right: np.ndarray, times: np.ndarray) -> float:
-    """Dividing value for limbs in order of reconstructibility, with weights `times`."""
+    """Value that best divides limbs, which are sorted by reconstructibility and weighted by `times`."""
     if right.all() or not right.any():
         return np.nan
     # Wrong for a division at the k-th limb: successes below it, failures from it on.
@@ -55,7 +58,10 @@ def _dividing(eta: np.ndarray, right: np.ndarray, times: np.ndarray) -> float:
 
 
 def rank_correlation_of(table: Table, column: str, by: str, where: Expression = ALL) -> Number:
-    """Spearman's rank correlation of two columns, with mean ranks for equal values; 0 if one is constant."""
+    """Spearman's rank correlation between two columns; equal values share a mean rank.
+
+    The correlation is 0 if one of the columns is constant.
+    """
     rows = rows_of(table, where)
     pair = [values(rows.frame, name) for name in (column, by)]
     if not len(rows.frame) or any(np.isnan(numbers).any() for numbers in pair):
@@ -77,7 +83,7 @@ def rank_correlation_of(table: Table, column: str, by: str, where: Expression = 
 
 
 def rank_correlation_within(table: Table, column: str, by: str, within: str) -> Number:
-    """Largest of Spearman's rank correlations of two columns, over the groups of rows by a third column.
+    """Largest rank correlation between two columns among groups of rows; `within` is the column of the groups.
 
     Each replicate ignores the groups without rows.
     """
@@ -94,7 +100,10 @@ def rank_correlation_within(table: Table, column: str, by: str, within: str) -> 
 def _curve(
     table: Table, at: str, column: str, where: str, over: Callable[[Rows, np.ndarray], np.ndarray]
 ) -> tuple[Rows, np.ndarray, np.ndarray]:
-    """Rows, sorted values (V,) of a column, and a statistic (B, V) of another at each; empty if one is not finite."""
+    """Selected rows, sorted values (V,) of the column `at`, and a statistic (B, V) of `column` at each value.
+
+    The arrays are empty if an entry of one of the columns is not finite.
+    """
     rows = rows_of(table, where)
     abscissa, numbers = values(rows.frame, at), values(rows.frame, column)
     if not (whole(abscissa) and whole(numbers)):
@@ -105,7 +114,10 @@ def _curve(
 
 
 def mean_deviation(table: Table, column: str, by: str, where: Expression = ALL) -> Number:
-    """Mean of the standard deviations (divisor n - 1) of a column over the rows of each value of another."""
+    """Standard deviation of a column over rows with the same value of the column `by`, averaged over values.
+
+    The divisor of the variance is n - 1.
+    """
     rows, abscissa, curve = _curve(table, by, column, where, Rows.deviation)
     return rows.number(curve.mean(axis=1)) if abscissa.size else rows.no_number
 
@@ -115,7 +127,10 @@ def _root_errors(table: Table, camera: str, error: str) -> tuple[Rows, np.ndarra
 
 
 def reliable_root_error(table: Table, camera: str, high: float, error: str = "child_error_ratio") -> Number:
-    """Largest error of the root up to which the child's median error is at most `high`, otherwise 0."""
+    """Largest error of the root up to which the child's median error never exceeds `high`.
+
+    The value is 0 if the smallest error of the root already exceeds the bound.
+    """
     rows, abscissa, curve = _root_errors(table, camera, error)
     if not abscissa.size:
         return rows.no_number
@@ -127,7 +142,7 @@ def reliable_root_error(table: Table, camera: str, high: float, error: str = "ch
 def least_unreliable_root_error(
     table: Table, camera: str, high: float, error: str = "child_error_ratio"
 ) -> Number:
-    """Smallest error of the root at which the child's median error is above `high`, otherwise NaN."""
+    """Smallest error of the root at which the child's median error is above `high`, or NaN without such an error."""
     rows, abscissa, curve = _root_errors(table, camera, error)
     if not abscissa.size:
         return rows.no_number
@@ -138,7 +153,10 @@ def least_unreliable_root_error(
 def _reliable_scales(
     table: Table, camera: str, found: float, error: str
 ) -> tuple[Rows, np.ndarray, np.ndarray]:
-    """Rows, scales of the radius (V,), and a mask (B, V): the median error is at most `found` above that of 1."""
+    """Rows, scales (V,) of the radius, and a mask (B, V) of reliable scales.
+
+    At a reliable scale, the median error is at most `found` larger than at scale 1.
+    """
     where = f"camera == {camera!r} and adjust == {PAPERS_ADJUSTMENT!r}"
     rows, scales, curve = _curve(table, "radius_scale", error, where, Rows.median)
     if 1.0 not in scales:
@@ -147,7 +165,10 @@ def _reliable_scales(
 
 
 def least_reliable_scale(table: Table, camera: str, found: float, error: str = "limb_error") -> Number:
-    """Smallest scale of the radius such that all scales from it to the true one are reliable."""
+    """Smallest scale of the radius from which all scales up to the true one, 1, are reliable.
+
+    A scale is reliable if its median error is at most `found` larger than at scale 1.
+    """
     rows, scales, reliable = _reliable_scales(table, camera, found, error)
     if not scales.size:
         return rows.no_number
@@ -157,7 +178,7 @@ def least_reliable_scale(table: Table, camera: str, found: float, error: str = "
 
 
 def largest_reliable_scale(table: Table, camera: str, found: float, error: str = "limb_error") -> Number:
-    """Largest scale of the radius that is reliable."""
+    """Largest scale of the radius whose median error is at most `found` larger than at scale 1."""
     rows, scales, reliable = _reliable_scales(table, camera, found, error)
     if not scales.size:
         return rows.no_number
@@ -169,7 +190,7 @@ def _finite(numbers: np.ndarray) -> np.ndarray:
 
 
 def mean_of_walking(table: Table, column: str, camera: str) -> Number:
-    """Mean of a column over the clips of walking from one kind of camera."""
+    """Mean of a column over the clips of walking, for one kind of camera."""
     rows = rows_of(table, f"camera == {camera!r}")
     require_columns(rows.frame, "action")
     walking = rows.frame["action"].astype(str).str.contains("walk", case=False).to_numpy(dtype=bool)

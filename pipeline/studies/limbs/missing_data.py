@@ -1,4 +1,4 @@
-"""Error of a whole skeleton against the share of points that are missing from its images: park2011 figure 3d.
+"""Error of a whole skeleton against the share of image points that are missing: park2011 figure 3d.
 
 As in the paper, lengths, images and root trajectory have errors, the camera is still, and joints are not constrained.
 We add errors with knees and elbows that flex one way, at one fraction.  Points are missing one by one at random, or
@@ -33,28 +33,28 @@ from pipeline.validation import Distinct, Increasing, NonNegative, bounded
 MAX_MISSING = 0.9
 
 SHOWN_FRACTION = 0.2
-"""Missing fraction in the recording; the nearest fraction of the sweep is used."""
+"""Target for the missing fraction in the recording, which shows the nearest fraction of the sweep."""
 
 HINGED_FRACTION = 0.05
-"""Missing fraction of the paper, at which hinges are used too; the nearest fraction of the sweep is used."""
+"""Missing fraction in the paper; hinges are also tested at the nearest fraction of the sweep."""
 
 CHECKS_PER_FRAME = 10
-"""Number of instants per frame at which lengths are checked."""
+"""Number of times per frame at which limb lengths are checked."""
 
 
 Missing = Annotated[float, bounded(at_least=0, at_most=MAX_MISSING)]
 
 
 class Pattern(StrEnum):
-    """Pattern of missing points."""
+    """Pattern in which points are missing."""
 
     random = "random"
-    """Independent frames of each joint."""
+    """Single frames, drawn independently for each joint."""
     block = "block"
-    """One run of frames of each joint."""
+    """One run of successive frames for each joint."""
 
     def hides(self, frames: int, joints: int, fraction: float, generator: np.random.Generator) -> np.ndarray:
-        """Return a mask (F, J) of missing points, which includes that of any smaller fraction."""
+        """Return a mask (F, J) of missing points; it includes all points that are missing at a smaller fraction."""
         count = round(fraction * frames)
         missing = np.zeros((frames, joints), bool)
         for joint in range(joints):
@@ -69,7 +69,7 @@ class Pattern(StrEnum):
 
 @dataclass(frozen=True)
 class MissingDataErrors:
-    """Errors of every skeleton for every fraction of missing points and pattern, and one skeleton for display.
+    """Errors of every skeleton at every missing fraction and pattern, and one skeleton for display.
 
     Attributes
     ----------
@@ -100,7 +100,7 @@ class MissingDataErrors:
 
 @dataclass(frozen=True)
 class Scene:
-    """One stretch in front of one camera, with the errors of its inputs.
+    """One motion stretch in front of one camera, with errors in the image, the root and the lengths.
 
     Attributes
     ----------
@@ -129,7 +129,7 @@ class Scene:
     true_lengths: np.ndarray
 
     def hidden(self, pattern: Pattern, fraction: float, seed: int) -> np.ndarray:
-        """Return a mask (F, 15) of missing points, which never include the root."""
+        """Return a mask (F, 15) of missing points, in which the root is never missing."""
         generator = derive_generator(seed, f"sweep:missing:{self.number}:{pattern}")
         frames, joints = self.positions.shape[:2]
         missing = pattern.hides(frames, joints, fraction, generator)
@@ -137,12 +137,12 @@ class Scene:
         return missing
 
     def without(self, hidden: np.ndarray) -> np.ndarray:
-        """Return the images (F, 15, 2), px, NaN where points are missing."""
+        """Return the image points (F, 15, 2), px, with NaN for missing points."""
         return np.where(hidden[..., None], np.nan, self.images)
 
 
 class MissingDataSweep(LimbSweep):
-    """Error of a whole skeleton against the share of missing points."""
+    """Options of the sweep over the share of missing points of whole skeletons."""
 
     cameras: Distinct[Camera] = [Camera.still]
     fractions: Increasing[Missing] = [0.0, 0.05, 0.1, 0.2, 0.3, 0.5]  # fractions of missing observations
@@ -156,7 +156,7 @@ class MissingDataSweep(LimbSweep):
     time_limit_s: NonNegative = 0.0  # 0: signs of the first search, without certificates
 
     def measure(self, inputs: LimbInputs) -> MissingDataErrors:
-        """Return the errors of every skeleton for every fraction of missing points and every pattern."""
+        """Return the errors of every skeleton at every missing fraction and pattern."""
         basis = inputs.model_options.limb_basis()
         seed, trials = inputs.seed, int(np.ceil(self.share * self.trials))
         scenes = [self.scene(inputs.dataset, basis, number, seed) for number in range(trials)]
@@ -224,7 +224,7 @@ class MissingDataSweep(LimbSweep):
         )
 
     def scene(self, stretches: LimbStretches, basis: TrajectoryBasis, number: int, seed: int) -> Scene:
-        """Return the scene of a number; successive scenes use successive cameras."""
+        """Return the scene with the given index; the cameras alternate from one scene to the next."""
         generator = derive_generator(seed, f"sweep:scene:{number}")
         stretch = generator.integers(len(stretches.positions))
         body, lengths = stretches.positions[stretch], stretches.lengths_mm[stretch]
@@ -245,7 +245,7 @@ class MissingDataSweep(LimbSweep):
         )
 
     def options(self, basis: TrajectoryBasis) -> Options:
-        """Return the options of reconstruction: limb by limb, then all limbs refined together."""
+        """Return the options of a reconstruction that treats limb by limb and then refines all limbs together."""
         return Options(
             basis,
             adjust=self.adjust,
@@ -308,12 +308,12 @@ class MissingDataSweep(LimbSweep):
 
 
 def _relative(off: np.ndarray, true: np.ndarray) -> float:
-    """Return ||X - X_hat|| / ||X|| for the errors of positions (F, 15, 3), in world coordinates."""
+    """Return ||X - X_hat|| / ||X|| from position errors and true positions (F, 15, 3) in world coordinates."""
     return float(np.linalg.norm(off) / np.linalg.norm(true))
 
 
 def length_violations(refined: Refinement, basis: TrajectoryBasis) -> tuple[float, float]:
-    """Return the largest relative change of a limb's length, for spherical and for Cartesian trajectories.
+    """Return the largest relative change of a limb length, for spherical and for Cartesian trajectories.
 
     Lengths are checked at frames and between them.  Cartesian trajectories are coordinates in the same basis, fitted to
     the relative trajectories at the frames.

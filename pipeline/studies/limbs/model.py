@@ -1,4 +1,7 @@
-"""Trajectory basis, and its residual for true limbs: park2011 section 2.  Nothing is learnt."""
+"""Trajectory basis and its residual for the true limbs: park2011 section 2.
+
+The basis is fixed, so nothing is learnt.
+"""
 
 from __future__ import annotations
 
@@ -19,20 +22,20 @@ class Basis(StrEnum):
     """Constraint that keeps a trajectory smooth."""
 
     hard = "hard"
-    """K cosines, as printed."""
+    """K cosines with free coefficients, as in the paper."""
     soft = "soft"
-    """K cosines with a ridge (k / softness)^6."""
+    """K cosines with the ridge penalty (k / softness)^6 on the coefficient of cosine k."""
 
 
 @dataclass(frozen=True)
 class BasisFit:
-    """Fit of limbs by the basis, in words."""
+    """Residual of the true limbs in the basis, in words."""
 
     words: str
 
 
 class TrajectoryBasisModel(Model):
-    """Trajectory basis: only its options are used, and the fit of true limbs is reported."""
+    """Options of the trajectory basis; learning only computes the residual of the true limbs."""
 
     dataset = LimbDataset
 
@@ -42,15 +45,15 @@ class TrajectoryBasisModel(Model):
 
     @property
     def cutoff(self) -> float | None:
-        """Cutoff of a soft basis; None for a hard one."""
+        """Cutoff of a soft basis, or None for a hard basis."""
         return self.softness if self.basis is Basis.soft else None
 
     def limb_basis(self) -> TrajectoryBasis:
-        """Return the trajectory basis."""
+        """Return the trajectory basis that the options define."""
         return TrajectoryBasis(self.components, self.cutoff)
 
     def learn(self, dataset: LimbStretches, *, workers: int) -> BasisFit:
-        """Return the residual of true limbs in the basis."""
+        """Return the residual of the true limbs in the basis, in words."""
         frames = dataset.positions.shape[1]
         relative = np.stack([relative_trajectories(WALKER14, p) for p in dataset.positions])
         full_basis = trajectory_basis.cosine_basis(frames, frames)

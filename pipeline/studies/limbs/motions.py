@@ -59,37 +59,40 @@ from pipeline.studies.study import scaled
 from pipeline.validation import CountOrAll, NonNegative
 
 CHILDREN = WALKER14.ends[:, 1]
-"""Numbers of the fourteen joints other than the root, in the order of the limbs."""
+"""Indices (14,) of all joints except the root, in the order of the limbs."""
 
 _THIGHS = ("left_knee", "right_knee")
 
 MAX_RATIO = 1e6
-"""Largest ratio in tables; ratios are unbounded if the truth lies in the basis."""
+"""Limit to which ratios in tables are clipped; they are unbounded if the truth lies in the basis."""
 
 ARRAYS = ("positions", "images", "camera_matrix", "azimuth_rad", "mirror_margin")
-"""Names of the arrays of `Motions` with a part for each clip and camera."""
+"""Names of the arrays of `Motions` that are filled clip by clip and camera by camera."""
 
 
 class Lengths(StrEnum):
-    """Source of the lengths of the limbs."""
+    """Source of the limb lengths."""
 
     true = "true"
     anthropometric = "anthropometric"
-    """Anthropometric ratios, scaled to the true thighs."""
+    """Lengths with anthropometric ratios, scaled to the true length of the thighs."""
     estimated = "estimated"
-    """Estimates from the rays."""
+    """Lengths estimated from the rays."""
 
 
 class Root(StrEnum):
-    """Source of the root's trajectory."""
+    """Source of the trajectory of the root."""
 
     true = "true"
     unit_depth = "unit_depth"
-    """Image of the root at its depth in the middle frame; the true trajectory if the camera moves."""
+    """Image of the root, back-projected at its depth in the middle frame.
+
+    If the camera moves, the true trajectory is used.
+    """
 
 
 class MotionsSweep(CameraSweep):
-    """Whole skeletons of varied motion, from a still, a moving and a shaky camera."""
+    """Options of reconstructing whole skeletons from a still, a moving and a shaky camera."""
 
     clips: CountOrAll = scaled(value="clips")  # number of clips, spread evenly; 0: all
     noise_px: NonNegative = 1.0  # noise of the image
@@ -102,7 +105,7 @@ class MotionsSweep(CameraSweep):
     papers_hinges: bool = False  # hinges in the paper's conditions
 
     def measure(self, inputs: LimbInputs) -> MotionsOfBoth:
-        """Return the reconstructions; all cameras see a clip from the same side and with the same noise."""
+        """Return the reconstructions of clips; all cameras see a clip from the same side and with the same noise."""
         stretches, basis = inputs.dataset, inputs.model_options.limb_basis()
         chosen = _liveliest(stretches, self.clips)
         as_in_the_paper = replace(  # information of [park2011 section 5.2]
@@ -157,7 +160,7 @@ class MotionsSweep(CameraSweep):
 
 
 def _liveliest(stretches: LimbStretches, count: int) -> np.ndarray:
-    """Indices (N,) of the stretch of each clip in which joints move most about the pelvis; clips are spread evenly."""
+    """Indices (N,) of the stretch with the most motion about the pelvis, for clips spread evenly over all clips."""
     moves = np.diff(stretches.positions - stretches.positions[:, :, [ROOT]], axis=1)
     speed = np.square(moves).sum(axis=(1, 2, 3))
     stretch_numbers = []
@@ -168,7 +171,7 @@ def _liveliest(stretches: LimbStretches, count: int) -> np.ndarray:
 
 
 def _objective(choice: LimbChoice) -> float:
-    """Return the squared residual of a limb's trajectory in the basis, mm², over the used frames."""
+    """Return the squared residual, mm², of a limb's trajectory in the basis, over the frames that are used."""
     chosen, rows = choice.relative[choice.used], choice.basis.rows(len(choice.used), choice.used)
     return np.sum(chosen**2) - np.sum((rows.T @ chosen) ** 2)
 
@@ -199,7 +202,7 @@ class _Reconstruction:
             self.root = camera.back_project(images[:, ROOT], depth)
 
     def prepared(self, root: np.ndarray | None = None) -> Reconstruction:
-        """Return the prepared reconstruction, by default with its own root (F, 3), mm."""
+        """Return the reconstruction, prepared with the root (F, 3), mm, or by default with the root of the options."""
         options = Options(
             self.basis,
             noise_px=self.options.noise_px,
@@ -210,7 +213,7 @@ class _Reconstruction:
         return prepared(self.images, self.camera, trajectory, self.lengths, options)
 
     def in_papers_conditions(self, generator: np.random.Generator) -> dict[str, float]:
-        """Return errors in the paper's conditions, those of the options, and of a baseline with random signs."""
+        """Return the errors of the method and of baselines under the paper's conditions."""
         true_root = self.truth[:, ROOT]
         skeleton = self.prepared()
         estimate = skeleton.whole()
@@ -232,7 +235,10 @@ class _Reconstruction:
         }
 
     def camera_outside_basis(self) -> float:
-        """Return the relative residual, in the basis, of the camera's path about its mean; 0 for a still camera."""
+        """Return the relative residual in the basis of the camera's path, after its mean is subtracted.
+
+        The residual is 0 for a still camera.
+        """
         path = np.broadcast_to(self.camera.centre, (len(self.truth), 3))
         about = path - path.mean(axis=0)
         size = float(np.linalg.norm(about))
@@ -242,11 +248,11 @@ class _Reconstruction:
         return outside(self.basis.rows(len(used), used), about) / size
 
     def error_mm(self, positions: np.ndarray) -> float:
-        """Return the mean distance of all joints except the root from the truth, relative to the root."""
+        """Return the mean distance, mm, between estimated and true joints without the root, relative to the root."""
         return error_about_root(positions, self.truth)[:, CHILDREN].mean()
 
     def both_variants(self, keys: dict[str, str]) -> list[dict[str, Any]]:
-        """Return the arrays and rows of both variants: mirrors as each limb chooses them, and mirrors tried.
+        """Return the arrays and table rows of two variants, without and with trials of mirrored limbs.
 
         Both start from the same choices and the same refinement, which are computed once.
         """
@@ -267,7 +273,10 @@ class _Reconstruction:
     def reconstructed(
         self, skeleton: Reconstruction, eta: list[Reconstructibility], keys: dict[str, Any]
     ) -> dict[str, Any]:
-        """Return the results of one variant, with separate certificates unless mirrors are tried."""
+        """Return the arrays and table rows of one variant.
+
+        Only the variant without trials of mirrors has separate certificates.
+        """
         estimate = skeleton.whole()
         lengths = np.array([estimate.limbs[limb].hits.radius for limb in WALKER14.limbs])
         true = relative_trajectories(WALKER14, self.truth)
@@ -322,7 +331,7 @@ class _Reconstruction:
     def certificates(
         self, estimate: Articulated, lengths: np.ndarray, separate: bool
     ) -> dict[str, np.ndarray]:
-        """Return the mirror margins, objectives and bounds of all limbs (14,) with lengths (14,), mm."""
+        """Return the mirror margins, objectives and lower bounds of all limbs (14,), for limb lengths (14,), mm."""
         options = self.options
         anchored = np.empty_like(self.truth)
         anchored[:, ROOT] = self.root
@@ -355,7 +364,7 @@ class _Reconstruction:
         return stacked(rows, (len(rows),))
 
     def reconstructibilities(self) -> list[Reconstructibility]:
-        """Return the reconstructibility eta_a of each limb (14), about its true parent."""
+        """Return the reconstructibility eta_a of each of the 14 limbs, with the true position of its parent."""
         results = []
         for limb, (parent, child) in enumerate(WALKER14.ends):
             about = self.truth[:, parent]

@@ -1,4 +1,4 @@
-"""Error of one limb while one cause of error is swept: park2011 section 5.1, figures 3b and 3c.
+"""Error of one limb against one swept source of error: park2011 section 5.1, figures 3b and 3c.
 
 `RootErrorSweep` sweeps the error of the parent's trajectory, `RadiusScaleSweep` the scale of the assumed
 radius.  In the paper the scale is that of the start: the radius is adjusted to the rays, then refined with the
@@ -31,7 +31,7 @@ from pipeline.validation import Distinct, Increasing, NonNegative, Positive
 
 @dataclass(frozen=True)
 class SweptErrors:
-    """Errors of every trial from every camera at every point of a sweep, and one trial for display.
+    """Errors of all trials from all cameras at every point of a sweep, and one trial for display.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ def measured(
     *,
     every: int = 1,
 ) -> SweptErrors:
-    """Return the errors of every trial.
+    """Return the errors of all trials at every point of a sweep.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def measured(
 
 
 class RootErrorSweep(LimbSweep):
-    """Error of a limb against the error of its parent's trajectory, in radii."""
+    """Options of the sweep over the error of the parent's trajectory, relative to the limb's length."""
 
     ratios: Increasing[NonNegative] = [  # root mean square error of the root, relative to the length of the limb
         0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5,
@@ -87,7 +87,7 @@ class RootErrorSweep(LimbSweep):
     adjust: Adjustment = Adjustment.per_frame
 
     def measure(self, inputs: LimbInputs) -> SweptErrors:
-        """Return the errors of every trial for every error of its parent, which differs only in size."""
+        """Return the errors of all trials for every error of the parent; in a trial, this error varies only in size."""
         basis = inputs.model_options.limb_basis()
 
         def errors_of(trial: LimbTrial) -> list[dict[str, Any]]:
@@ -116,11 +116,17 @@ class RootErrorSweep(LimbSweep):
 
 
 REFINED = "refined"
-"""Radius adjusted in all frames, then refined with the trajectory, as in the paper; certificates are of the start."""
+"""Name of the paper's treatment: the radius is adjusted in all frames and refined with the trajectory.
+
+Certificates describe the start of the refinement.
+"""
 
 MAX_STEPS = 100
-"""Largest number of steps of a refinement.  With a shaky camera most end after 50 steps; with a still camera many would
-take hundreds, with hardly any change of the image."""
+"""Largest number of steps of a refinement.
+
+With a shaky camera most refinements end after 50 steps.  With a still camera many would take hundreds of steps, with
+hardly any change of the image.
+"""
 
 _ADJUSTED = partial(Style, line="dashed", banded=False)
 STYLES = {
@@ -129,14 +135,14 @@ STYLES = {
     "robust": _ADJUSTED(f"one for {100.0 * ROBUST_QUANTILE:g} % of the frames", "green"),
     "per_frame": _ADJUSTED("longer where a ray misses", "orange"),
 }
-"""Styles of the adjustments of the radius, by name."""
+"""Styles of the treatments of the radius, by name."""
 
 ANY_FACTOR = 100.0
-"""Largest factor between the radius and its start, so that every scale can reach the truth."""
+"""Largest factor by which refinement may change the radius, so that every scale can reach the true radius."""
 
 
 class RadiusScaleSweep(LimbSweep):
-    """Error of a limb against the scale of its assumed radius."""
+    """Options of the sweep over the assumed radius of a limb, relative to the true radius."""
 
     scales: Increasing[Positive] = [  # assumed length of the limb relative to the true one
         0.01, 0.03, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0, 1.1, 1.3, 2.0, 3.0, 10.0, 30.0, 100.0,
@@ -147,7 +153,7 @@ class RadiusScaleSweep(LimbSweep):
     noise_px: NonNegative = 0.0  # noise of the image
 
     def measure(self, inputs: LimbInputs) -> SweptErrors:
-        """Return the errors of every trial for every scale and every way of adjusting the radius to the rays."""
+        """Return the errors of all trials for every scale and every treatment of the radius."""
         basis = inputs.model_options.limb_basis()
 
         def errors_of(trial: LimbTrial) -> list[dict[str, Any]]:
@@ -158,16 +164,16 @@ class RadiusScaleSweep(LimbSweep):
 
     @property
     def ways(self) -> list[str]:
-        """Treatments of the radius: refined, then each adjustment alone."""
+        """Names of the treatments of the radius: refinement, then each adjustment without refinement."""
         return [REFINED, *map(str, self.adjusts)]
 
 
 Score = tuple[dict[str, float], float, np.ndarray]
-"""Errors, radius in mm, and relative trajectory (F, 3) in mm."""
+"""Errors by name, radius, mm, and relative trajectory (F, 3), mm."""
 
 
 class _Ways:
-    """Results for one limb, cached by the radius after adjustment, on which alone they depend."""
+    """Results for one limb, cached by the adjusted radius, because they depend only on this radius."""
 
     def __init__(self, sweep: RadiusScaleSweep, trial: LimbTrial, basis: TrajectoryBasis) -> None:
         self.sweep, self.trial, self.basis = sweep, trial, basis
@@ -177,7 +183,7 @@ class _Ways:
         self.scores: dict[tuple[float, bool], Score] = {}
 
     def errors(self, scale: float, way: str) -> dict[str, Any]:
-        """Return the errors at a scale of the assumed radius, and of baselines with it."""
+        """Return the errors at one scale of the assumed radius, with the errors of baselines at the same scale."""
         sweep, trial, refined = self.sweep, self.trial, way == REFINED
         adjust = sweep.adjusts[0] if refined else Adjustment(way)
         hits = on_sphere(self.rays, scale * trial.length, adjust=adjust)
@@ -208,7 +214,7 @@ class _Ways:
         return limb_errors(self.trial, choice), choice.hits.radius, choice.relative
 
     def _refined(self, choice: LimbChoice) -> Score:
-        """Return the score after angles and radius are refined together by reprojection error [park2011 5]."""
+        """Return the score after angles and radius are refined together by the reprojection error [park2011 5]."""
         trial, frames = self.trial, len(choice.used)
         images = np.full((frames, 2, 2), np.nan)
         images[:, 1] = self.pixels

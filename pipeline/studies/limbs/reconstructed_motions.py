@@ -1,4 +1,4 @@
-"""Reconstructions of whole skeletons from several cameras, and their errors: park2011 figure 4."""
+"""Whole skeletons reconstructed from several cameras, and their errors: park2011 figure 4."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Motions:
 
 @dataclass(frozen=True)
 class MotionsOfBoth:
-    """Reconstructions with the mirrors that each limb chooses, and with mirrors tried in the whole skeleton.
+    """Reconstructions in two variants, without and with trials of mirrored limbs in the whole skeleton.
 
     Attributes
     ----------

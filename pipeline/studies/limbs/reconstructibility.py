@@ -32,18 +32,21 @@ from pipeline.studies.limbs.trials import LimbInputs, LimbSweep, LimbTrial
 from pipeline.validation import Count, Distinct, NonNegative
 
 STARTS = ("programme", "random_signs", "mean_direction")
-"""Starts of the refinement: the chosen candidates, random candidates, one direction for all frames."""
+"""Starting points of the refinement: the chosen candidates, random candidates, or a constant direction."""
 
 ROUNDING = 1e-12
-"""Largest rounding error, relative to a matrix's largest element."""
+"""Tolerance for rounding errors of a matrix element, relative to the matrix's largest element."""
 
 SINGULAR = 1e-8
-"""Ratio of smallest to largest eigenvalue below which a matrix is singular: about the root of machine precision."""
+"""Ratio of smallest to largest eigenvalue below which a matrix counts as singular.
+
+It is about the square root of machine precision.
+"""
 
 
 @dataclass(frozen=True)
 class LimbReconstructibilities:
-    """Error and reconstructibility of every trial from every camera.
+    """Error and reconstructibility of all trials from all cameras.
 
     Attributes
     ----------
@@ -61,7 +64,7 @@ class LimbReconstructibilities:
 
 
 class ReconstructibilitySweep(LimbSweep):
-    """Error of a limb against its reconstructibility [park2011 13]."""
+    """Options of measuring the error of a limb and its reconstructibility [park2011 13]."""
 
     cameras: Distinct[Camera] = [Camera.still, Camera.moving, Camera.shaky]
     reading: Reading = Reading.vector
@@ -70,7 +73,7 @@ class ReconstructibilitySweep(LimbSweep):
     refined: Count = 10  # number of trials of each camera that are also refined from other starts
 
     def measure(self, inputs: LimbInputs) -> LimbReconstructibilities:
-        """Return error and reconstructibility of every trial from every camera."""
+        """Return the error and reconstructibility of all trials from all cameras."""
         basis = inputs.model_options.limb_basis()
         trials = self.every_trial(inputs)
         choices = map_processes(
@@ -99,7 +102,7 @@ class ReconstructibilitySweep(LimbSweep):
 
 
 def _compared_with_truth(trial: LimbTrial, choice: LimbChoice) -> dict[str, Any]:
-    """Return the results of one trial; objectives in mm²."""
+    """Return the results of one trial, which compare the estimate with the truth; objectives are in mm²."""
     hits, used, solution = choice.hits, choice.used, choice.solution
     signs = true_signs(choice, trial.relative)
     rows = choice.basis.rows(len(used), used)
@@ -138,7 +141,7 @@ def _compared_with_truth(trial: LimbTrial, choice: LimbChoice) -> dict[str, Any]
 def _from_each_start(
     trial: LimbTrial, choice: LimbChoice, *, noise_px: float, seed: int
 ) -> list[dict[str, Any]]:
-    """Return a row for each of `STARTS` of the refinement."""
+    """Return the results of the refinement, one row for each starting point in `STARTS`."""
     generator = derive_generator(seed, f"sweep:starts:{trial.number}:{trial.camera}")
     frames = len(choice.used)
     tossed = np.where(generator.random(choice.used.sum()) < 0.5, -1, 1)

@@ -1,4 +1,4 @@
-"""Reconstruction errors of limbs and skeletons, with and without the mirror ambiguity; lengths and smoothness."""
+"""Errors of reconstructed limbs and skeletons, also up to the mirror ambiguity; lengths and smoothness."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from pipeline.core.reconstructibility import Reconstructibility, reconstructibil
 from pipeline.studies.limbs.trials import ROOT, LimbTrial
 
 SUCCESS = 0.1
-"""Mean error, relative to a limb's length, below which a reconstruction is a success."""
+"""Mean error, relative to the limb's length, below which a reconstruction counts as a success."""
 
 MIN_DRAWN = 1e-3
-"""Smallest error that is drawn on a logarithmic axis, over the limb's length; smaller ones are clamped."""
+"""Smallest error, relative to the limb's length, that logarithmic axes show; smaller errors are clamped."""
 
 
 def limb_errors(
     trial: LimbTrial, choice: LimbChoice, *, parent: np.ndarray | None = None
 ) -> dict[str, float]:
-    """Return the errors of a choice for one limb.
+    """Return the errors of the chosen trajectory of one limb.
 
     Parameters
     ----------
@@ -47,12 +47,12 @@ def limb_errors(
 
 
 def certificate(choice: LimbChoice) -> dict[str, float]:
-    """Return the certificate of the signs, as in `BinarySolution`: objective and bound in mm²."""
+    """Return the certificate of the chosen signs, as in `BinarySolution`; objective and bound are in mm²."""
     return {name: getattr(choice.solution, name) for name in ("proved", "objective", "lower_bound")}
 
 
 def distance(a: np.ndarray, b: np.ndarray) -> float:
-    """Return the mean distance of two trajectories (F, …, 3), mm.
+    """Return the mean distance, mm, between two trajectories (F, …, 3).
 
     Notes
     -----
@@ -62,13 +62,13 @@ def distance(a: np.ndarray, b: np.ndarray) -> float:
 
 
 def true_signs(choice: LimbChoice, relative: np.ndarray) -> np.ndarray:
-    """Return the sign -1 or +1 (F,) of the candidate nearer to the truth; +1 if both are the same."""
+    """Return the signs (F,), -1 or +1, of the candidates nearer to the truth; +1 if both are equally near."""
     along = ((relative - choice.hits.middle) * choice.hits.rays.direction).sum(axis=1)
     return np.where(along < 0, -1, 1)
 
 
 def reconstructibility_of(choice: LimbChoice, relative: np.ndarray) -> Reconstructibility:
-    """Return eta_a of a limb whose true relative trajectory (F, 3), mm, is known [park2011 13]."""
+    """Return the reconstructibility eta_a of a limb from its true relative trajectory (F, 3), mm [park2011 13]."""
     used, hits = choice.used, choice.hits
     signs = true_signs(choice, relative)[used]
     rows = choice.basis.rows(len(used), used)
@@ -76,7 +76,9 @@ def reconstructibility_of(choice: LimbChoice, relative: np.ndarray) -> Reconstru
 
 
 def better_of_mirrors(truth: np.ndarray, skeleton: Reconstruction) -> np.ndarray:
-    """Return positions (F, 15, 3), mm, with the better of every limb and its mirror, not refined.
+    """Return positions (F, 15, 3), mm, in which each limb is the better of its estimate and its mirror image.
+
+    The estimates are not refined.
 
     The remaining error does not come from the choice between the two.
 
@@ -96,7 +98,10 @@ def better_of_mirrors(truth: np.ndarray, skeleton: Reconstruction) -> np.ndarray
 
 
 def acceleration_ratio(positions: np.ndarray, truth: np.ndarray) -> np.ndarray:
-    """Return the rms acceleration (…) of reconstructions (…, F, 15, 3) about the pelvis, relative to the truth."""
+    """Return the ratio (…) of rms accelerations, reconstructions (…, F, 15, 3) to the truth (F, 15, 3).
+
+    Positions are relative to the pelvis.
+    """
     power = [
         np.square(np.diff(p - p[..., [ROOT], :], n=2, axis=-3)).mean(axis=(-3, -2, -1))
         for p in (positions, truth)
@@ -105,12 +110,15 @@ def acceleration_ratio(positions: np.ndarray, truth: np.ndarray) -> np.ndarray:
 
 
 def length_changes(positions: np.ndarray) -> np.ndarray:
-    """Return the largest relative change of the length of each limb (14,), rounded to twelve decimals."""
+    """Return the largest deviation of each limb's length from its mean, (14,), relative to the mean.
+
+    The result is rounded to twelve decimals.
+    """
     sizes = np.linalg.norm(relative_trajectories(WALKER14, positions), axis=-1)
     return np.abs(sizes / sizes.mean(axis=0) - 1.0).max(axis=0).round(12)
 
 
 def error_about_root(positions: np.ndarray, truth: np.ndarray) -> np.ndarray:
-    """Return the distance (F, 15) of joints from the truth, both relative to the pelvis, mm."""
+    """Return the distance (F, 15), mm, between estimated and true joints, after the pelvises are aligned."""
     difference = positions - positions[:, [ROOT]] - (truth - truth[:, [ROOT]])
     return np.linalg.norm(difference, axis=-1)

@@ -1,4 +1,4 @@
-"""Trials: random limbs of random stretches, seen by cameras on random sides: park2011 section 5.1."""
+"""Trials with random limbs of random stretches, seen by cameras on random sides: park2011 section 5.1."""
 
 from __future__ import annotations
 
@@ -64,18 +64,18 @@ class LimbTrial:
 
     @property
     def keys(self) -> dict[str, Any]:
-        """Columns that identify the trial."""
+        """Values by which a trial is identified in tables, by column."""
         limb = WALKER14.limbs[self.limb]
         return {"trial": self.number, "clip": self.clip, "limb": limb, "camera": self.camera}
 
     @property
     def relative(self) -> np.ndarray:
-        """True relative trajectory (F, 3), mm."""
+        """True trajectory (F, 3), mm, of the limb's child relative to its parent."""
         return self.child - self.parent
 
 
 class LimbSweep(CameraSweep):
-    """Sweep over limbs, the same limbs at every point."""
+    """Options of sweeps over one quantity that use the same limbs at every point."""
 
     trials: Annotated[int, bounded(at_least=1, at_most=1_000_000)] = scaled(
         value="trials"
@@ -84,7 +84,7 @@ class LimbSweep(CameraSweep):
     time_limit_s: NonNegative = 5.0  # nominal, per certificate (see `minimise`)
 
     def trial(self, stretches: LimbStretches, number: int, camera: Camera, seed: int) -> LimbTrial:
-        """Return a trial by its number: stretch, limb and side are the same for every camera."""
+        """Return the trial with the given number; its stretch, limb and side are the same for every camera."""
         generator = derive_generator(seed, f"sweep:limb:{number}")
         stretch = generator.integers(len(stretches.positions))
         limb = int(generator.integers(len(WALKER14.limbs)))
@@ -108,7 +108,7 @@ class LimbSweep(CameraSweep):
         )
 
     def every_trial(self, inputs: LimbInputs) -> list[LimbTrial]:
-        """Return all trials, camera by camera."""
+        """Return all trials, sorted by camera and then by number."""
         return [
             self.trial(inputs.dataset, number, camera, inputs.seed)
             for camera in self.cameras
@@ -126,7 +126,7 @@ class LimbSweep(CameraSweep):
         scale: float = 1.0,
         time_limit_s: float | None = None,
     ) -> LimbChoice:
-        """Return the choice of the programme for a trial.
+        """Return the candidates that the binary programme chooses for the limb of a trial.
 
         Parameters
         ----------
@@ -157,7 +157,9 @@ class LimbSweep(CameraSweep):
 def wrong_trajectory(
     generator: np.random.Generator, frames: int, size_mm: float, *, components: int | None
 ) -> np.ndarray:
-    """Return an error (F, 3) of a trajectory, of a given mean size, mm: white, or in a basis of cosines.
+    """Return a random error (F, 3), mm, of a trajectory, with a given mean size.
+
+    The error is white noise, or smooth in a basis of cosines.
 
     Parameters
     ----------
@@ -175,7 +177,7 @@ def wrong_trajectory(
 
 
 def stacked(rows: Sequence[Mapping[str, Any]], shape: Sequence[int]) -> dict[str, np.ndarray]:
-    """Return the results at every point of a grid, by name, as arrays whose first axes are those of the grid.
+    """Return the results at all points of a grid, by name, in arrays whose first axes are the axes of the grid.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Walks: periodic 3D motion from 2D by Fourier series and eigenwalkers, zhang2004 and zhang2007."""
+"""Study of walks: periodic 3D motion from 2D by Fourier series and eigenwalkers [zhang2004, zhang2007]."""
 
 from pipeline.studies.eigenwalkers.model import EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierDataset

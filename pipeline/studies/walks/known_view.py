@@ -1,4 +1,4 @@
-"""Experiment 1: reconstruction of every walker from every known view, with a model learnt without that walker.
+"""Experiment 1: reconstruction of every walker from known views, by a model learnt without the walker.
 
 Section 4.2 of both papers.  Folds, view angles and sigma² are axes of arrays; folds run in parallel processes.
 """
@@ -29,29 +29,32 @@ from pipeline.validation import Distinct, Finite, Positive
 
 Inputs = SweepInputs[object, FourierSamples, Eigenwalkers]
 BLOCKS = 250
-"""Largest number of blocks of walkers.  A block returns a megabyte: its summed errors at every view and sigma²."""
+"""Largest number of blocks of walkers.
+
+The result of a block, its summed errors at every view and sigma², has a size of one megabyte.
+"""
 
 
 class Truth(StrEnum):
-    """Ground truth of the errors."""
+    """Ground truth to which reconstructions are compared."""
 
     motion = "motion"
-    """Recorded motion, including the residual that two harmonics leave."""
+    """Recorded motion, including the residual of the fit by two harmonics."""
     fourier = "fourier"
 
 
 class MissingVariance(StrEnum):
-    """Denominator of the relative error."""
+    """Variance by which absolute errors are divided to give relative errors."""
 
     temporal = "temporal"
-    """Variance over time of each joint, averaged over joints."""
+    """Variance over time of each joint, averaged over the joints."""
     overall = "overall"
-    """Variance of all joints and instants about their common mean."""
+    """Variance of all joints at all instants about their common mean."""
 
 
 @dataclass(frozen=True)
 class MapErrors:
-    """Errors of MAP for every sigma².
+    """Errors of approach II (MAP) for every value of sigma².
 
     Attributes
     ----------
@@ -71,7 +74,7 @@ class MapErrors:
 
 @dataclass(frozen=True)
 class KnownViewErrors:
-    """Errors of both approaches and of baselines from every view, with their reconstructions.
+    """Errors of the two approaches and of baselines from every view, with reconstructions from some views.
 
     Attributes
     ----------
@@ -116,7 +119,7 @@ class KnownViewErrors:
     stride_hz: np.ndarray
 
     def sigma2(self, walker: Sequence[str]) -> pd.DataFrame:
-        """Return a row for each of these walkers (R,) and sigma²: the error of MAP, mean over views."""
+        """Return the error of approach II, mean over views, in a row for each walker (R,) and sigma²."""
         walkers, values = self.map_errors.walker_mm2.shape
         return pd.DataFrame(
             {
@@ -129,13 +132,13 @@ class KnownViewErrors:
         )
 
     def chosen(self, walker: Sequence[str]) -> pd.DataFrame:
-        """Return the rows of `sigma2` with the sigma² that other people choose for each of these walkers (R,)."""
+        """Return the rows of `sigma2` with the sigma² that is optimal for other people, one for each walker (R,)."""
         nested = self.map_errors.nested
         return self.sigma2(walker).iloc[np.arange(len(nested)) * len(self.sigma2_mm2) + nested]
 
 
 class _WalkErrors:
-    """Errors of one walk from A known views, with phase and frequency from the 3D motion.
+    """Errors of one walk from A known views; phase and frequency are taken from the 3D motion.
 
     Joints that were not measured are neither observed nor compared: errors that contain them are NaN.
 
@@ -155,12 +158,15 @@ class _WalkErrors:
     def missing_variance(
         self, temporal: np.ndarray, average: np.ndarray, kind: str, of_motion: bool
     ) -> np.ndarray:
-        """Variance (A,) of the missing dimension of measured joints: of the motion, or of its Fourier part."""
+        """Variance (A,), mm², of the missing dimension of measured joints, for the motion or its Fourier part."""
         covariance, measured = temporal if of_motion else temporal - self._residual, self._walk.measured
         return errors.missing_variance(covariance[measured], average[measured], self._view, kind=kind)
 
     def error_path(self, fold: Fold, noise_variances: np.ndarray) -> np.ndarray:
-        """Error E_a of MAP for every view and sigma², without the residual; mean over the measured joints."""
+        """Error E_a of approach II for every view and sigma² (A, S), mm², averaged over measured joints.
+
+        The residual of the Fourier series is not included.
+        """
         measured = self._walk.measured
         model = linear_model.of_measured(fold.model, measured)
         path = reconstruction.NoisePath(model, self._view, noise_variances).error(self._walk.sample)
@@ -168,7 +174,7 @@ class _WalkErrors:
 
 
 class KnownView(Sweep):
-    """Reconstruction at a known view angle."""
+    """Options of the reconstruction from known views."""
 
     view_angle_deg: Swept = scaled(start=-90, stop=90, step="view_step_deg")  # true views
     sigma2_mm2: Swept = scaled(start=1, stop=625, step="sigma2_step_mm2")  # noise variances of approach II
@@ -179,33 +185,33 @@ class KnownView(Sweep):
     demonstration_views_deg: Distinct[Finite] = [0.0, 30.0, 90.0]  # views whose reconstructions are stored
 
     with_paths: ClassVar[bool] = True
-    """True if errors of MAP for every sigma² are measured."""
+    """True if the sweep measures the errors of approach II for every sigma²."""
 
     def population_parts(self) -> list[Sweep]:
-        """Return the sweep without errors for every sigma², and the sweep of these errors alone."""
+        """Return two sweeps, one without the errors for every sigma² and one with nothing but such errors."""
         paths = _Paths(view_angle_deg=self.view_angle_deg, sigma2_mm2=self.sigma2_mm2, truth=self.truth)
         return [_WithoutPaths(**vars(self)), paths]
 
     def joined(self, parts: Sequence[Any]) -> KnownViewErrors:
-        """Return the errors, with those for every sigma² if they were measured."""
+        """Return the errors joined from both parts; the errors for every sigma² may be absent."""
         errors_by_view: KnownViewErrors = parts[0]
         return replace(errors_by_view, map_errors=parts[1]) if len(parts) > 1 else errors_by_view
 
     def with_methods(self, names: Sequence[str]) -> KnownView:
-        """Return the sweep with further methods."""
+        """Return the sweep with the named methods added."""
         added = [method.name for method in methods.chosen(names)]
         return replace(self, methods=list(dict.fromkeys([*self.methods, *added])))
 
     def modules(self) -> list[str]:
-        """Return the modules of the chosen methods."""
+        """Return the modules that implement the selected methods."""
         return methods.modules(self.methods)
 
     def further_files(self, data: Data) -> dict[str, Path]:
-        """Return the files that the chosen methods read."""
+        """Return the files that the selected methods read."""
         return methods.files(self.methods)
 
     def measure(self, inputs: Inputs) -> KnownViewErrors:
-        """Return the reconstructions by all methods from every view, and their errors."""
+        """Return the errors of all methods from every view, and their reconstructions from the demonstration views."""
         view_deg = self.view_angle_deg.values("sweep.view_angle_deg")
         sigma2 = self.sigma2_mm2.values("sweep.sigma2_mm2")
         data, options = inputs.dataset, inputs.model_options
@@ -217,7 +223,10 @@ class KnownView(Sweep):
         total: np.ndarray = np.zeros((1, 1))
 
         def block(walkers: range) -> list[Any]:
-            """Return the results of `_fold` for these walkers; MAP's errors are averaged by walker and summed."""
+            """Return the results of `_fold` for a block of walkers.
+
+            The errors for every sigma² are averaged over views for each walker and summed over walkers for each view.
+            """
             folds = [self._fold(inputs, r, compared, prepared, (view_deg, sigma2)) for r in walkers]
             *others, paths = zip(*folds, strict=True)
             return [*others, [path.mean(axis=0) for path in paths], sum(paths)]
@@ -260,7 +269,7 @@ class KnownView(Sweep):
         prepared: Mapping[str, Any],
         grids: tuple[np.ndarray, np.ndarray],
     ) -> tuple[dict[str, list[dict[str, Any]]], np.ndarray, np.ndarray, np.ndarray]:
-        """Return a walker's rows as columns, missing dimensions (M, V, 5, 15), average walker, MAP's errors (A, S)."""
+        """Return a walker's rows, missing dimensions (M, V, 5, 15), average walker and errors by sigma² (A, S)."""
         data, model, of_motion = inputs.dataset, inputs.model, self.truth is Truth.motion
         view_deg, sigma2 = grids
         fold, walk = methods.held_out(data, model, r, self.noise_variance_mm2)
@@ -324,14 +333,14 @@ class _WithoutPaths(KnownView):
 
 
 class _Paths(Sweep):
-    """Errors of MAP for every sigma² alone."""
+    """Options of the part of the sweep that measures only the errors of approach II for every sigma²."""
 
     view_angle_deg: Swept = scaled(start=-90, stop=90, step="view_step_deg")
     sigma2_mm2: Swept = scaled(start=1, stop=625, step="sigma2_step_mm2")
     truth: Truth = Truth.motion
 
     def measure(self, inputs: Inputs) -> MapErrors:
-        """Return the errors of every walker for every sigma²."""
+        """Return the errors of approach II for every walker and every sigma²."""
         view = np.radians(self.view_angle_deg.values("sweep.view_angle_deg"))
         sigma2, data = self.sigma2_mm2.values("sweep.sigma2_mm2"), inputs.dataset
         count = len(inputs.model.samples)
@@ -350,6 +359,6 @@ class _Paths(Sweep):
 
 
 def _blocks(count: int) -> list[range]:
-    """Return the numbers of walkers, in blocks."""
+    """Return ranges of walker indices, one for each block."""
     size = max(4, -(-count // BLOCKS))
     return [range(start, min(start + size, count)) for start in range(0, count, size)]

@@ -1,4 +1,4 @@
-"""Methods that reconstruct a walk from one view: the papers' two approaches, baselines, and those of plug-ins.
+"""Methods that reconstruct a walk from one view: the papers' two approaches, baselines and plug-ins.
 
 A method is a value with a name, a style and a function ``reconstruct(fold, walk, views)``.  Options name methods; an
 unregistered name is an error.  Sweeps, tables, pictures and recordings loop over the chosen methods.
@@ -27,7 +27,7 @@ from pipeline.validation import InvalidInput, require_choice, require_distinct
 
 @dataclass(frozen=True)
 class Reconstruction:
-    """Reconstructions of one walk from A views.
+    """Reconstructions of one walk, one for each of A views.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class Reconstruction:
 
 @dataclass(frozen=True)
 class Walk:
-    """A held-out walk, seen from known views.
+    """Held-out walk that is observed from known views.
 
     Attributes
     ----------
@@ -62,13 +62,13 @@ class Walk:
     measured: np.ndarray
 
     def observed(self, views: np.ndarray) -> np.ndarray:
-        """Return the image (A, 5, 15, 2) of the walk from A views (A,) in rad: horizontal and vertical, mm."""
+        """Return the images (A, 5, 15, 2), mm, of the walk from views (A,), rad: horizontal and vertical axes."""
         return camera.project(unflatten(self.sample), np.asarray(views)[:, None, None])
 
 
 @dataclass(frozen=True)
 class Fold:
-    """Training data of a method: the walks of all people except the held-out person.
+    """Training data of a method, the walks of all people except the held-out person.
 
     Attributes
     ----------
@@ -92,19 +92,19 @@ class Fold:
 
     @cached_property
     def training(self) -> np.ndarray:
-        """Fourier representations (n, 5, 15, 3) of the other people's walks with all joints measured, mm."""
+        """Fourier representations (n, 5, 15, 3), mm, of other people's walks in which all joints are measured."""
         return self.data.coefficients[(self.data.person != self.person) & ~self.data.unmeasured.any(axis=1)]
 
     @cached_property
     def with_one_eigenwalker(self) -> Fold:
-        """Fold with only the first eigenwalker."""
+        """Copy of the fold whose model has only the first eigenwalker."""
         return replace(self, model=linear_model.truncated(self.model, 1))
 
 
 def held_out(
     data: FourierSamples, model: Eigenwalkers, number: int, noise_variance_mm2: float
 ) -> tuple[Fold, Walk]:
-    """Return the fold without the person of a walk, and the walk."""
+    """Return the fold that leaves out the person of a walk, and that walk."""
     measured = ~data.unmeasured[number]
     fold = Fold(model.fold(number), data, str(data.person[number]), noise_variance_mm2)
     return fold, Walk(number, linear_model.without_joints(model.samples[number], measured), measured)
@@ -112,7 +112,7 @@ def held_out(
 
 @dataclass(frozen=True)
 class Method:
-    """A method that reconstructs a walk from one view.
+    """Method that reconstructs a walk from one view.
 
     Attributes
     ----------
@@ -153,16 +153,16 @@ class Method:
 
     @property
     def modules(self) -> list[str]:
-        """Modules whose sources compute the method."""
+        """Modules whose source code the results of the method depend on."""
         parts = (self.reconstruct, self.estimate, getattr(self.prepare, "func", self.prepare))
         return [*filter(None, (self.source, *(getattr(part, "__module__", "") for part in parts)))]
 
     def prepared(self, data: FourierSamples) -> Any:
-        """Return the data that all folds of a data set share."""
+        """Return the data of the method that are common to all folds of a data set."""
         return self.prepare(data) if self.prepare else None
 
     def apply(self, fold: Fold, walk: Walk, views: np.ndarray) -> Reconstruction:
-        """Return the reconstruction of a walk from A views (A,) in rad.
+        """Return the reconstructions of a walk from views (A,), rad.
 
         Raises
         ------
@@ -201,7 +201,10 @@ class Method:
 
 
 def _from_image(fold: Fold, walk: Walk, views: np.ndarray, noise_variance: float | None) -> Reconstruction:
-    """Return the estimate [zhang2007 3.5, 3.6], with the model's expectation at joints that were not measured."""
+    """Return the estimate of an approach [zhang2007 3.5, 3.6].
+
+    Joints that were not measured have the position that the estimated model expects.
+    """
     measured_model = linear_model.of_measured(fold.model, walk.measured)
     estimate = reconstruction.from_known_views(
         measured_model, walk.sample, views, noise_variance=noise_variance
@@ -223,7 +226,7 @@ def _map(fold: Fold, walk: Walk, views: np.ndarray) -> Reconstruction:
 
 
 def _average_walker(fold: Fold, walk: Walk, views: np.ndarray) -> Reconstruction:
-    """Return the depth of the average walker: the mean alone, without an estimator [zhang2007 3.16]."""
+    """Return the depth of the average walker, which does not depend on the image [zhang2007 3.16]."""
     turned = views[:, None, None]
     measured_model = linear_model.of_measured(fold.model, walk.measured)
     return Reconstruction(
@@ -248,11 +251,11 @@ MAP = Method(
     baseline="map_1",
 )
 PUBLISHED = {method.name: method for method in (LEAST_SQUARES, MAP)}
-"""Approaches of the papers: the default of every sweep."""
+"""The two approaches of the papers, with which every sweep runs by default."""
 
 
 def _with_one_eigenwalker(method: Method, label: str, colour: str) -> Method:
-    """Return the baseline of an approach: the same estimator with one eigenwalker."""
+    """Return the baseline of an approach, the same estimator with only one eigenwalker."""
     return Method(
         method.baseline,
         Style(label, colour, line="dotted", banded=False, interval=False),
@@ -273,17 +276,17 @@ BASELINES = {
         _with_one_eigenwalker(MAP, "one eigenwalker, MAP", "sky"),
     )
 }
-"""Baselines, evaluated together with the methods that they are compared with."""
+"""Baselines, which are evaluated in every sweep together with the methods to compare."""
 
 
 # --- the registry -----------------------------------------------------------------------------------------
 
 _FREE_COLOURS = [colour for colour in CYCLE if colour not in ("black", "orange", "blue", "green")]
-"""Colours of methods whose style names no colour, in this order."""
+"""Colours that are given, in this order, to methods whose style names no colour."""
 
 
 def registered() -> dict[str, Method]:
-    """Return all methods that options can name: the papers' approaches, then those of plug-ins.
+    """Return all methods that options can name: first the papers' approaches, then those of plug-ins.
 
     Raises
     ------
@@ -314,7 +317,7 @@ def registered() -> dict[str, Method]:
 
 
 def chosen(names: Sequence[str], name: str = "sweep.methods") -> list[Method]:
-    """Return the methods with these names.  Raises InvalidInput with a list of all methods if one is not registered."""
+    """Return the methods with the given names.  Raises InvalidInput, with all names, if one is not registered."""
     methods = registered()
     if plugins.failures() and (unknown := [each for each in names if each not in methods]):
         lacking = ", ".join(plugins.failures())
@@ -329,22 +332,22 @@ def chosen(names: Sequence[str], name: str = "sweep.methods") -> list[Method]:
 
 
 def with_baselines(methods: Sequence[Method]) -> list[Method]:
-    """Return methods, the average walker and the methods' baselines."""
+    """Return the given methods, the average walker and the baselines of these methods."""
     return [*methods, AVERAGE_WALKER, *(BASELINES[each.baseline] for each in methods if each.baseline)]
 
 
 def modules(names: Sequence[str]) -> list[str]:
-    """Return the modules that compute these methods."""
+    """Return the modules that implement the given methods."""
     return [module for method in chosen(names) for module in method.modules]
 
 
 def files(names: Sequence[str]) -> dict[str, Path]:
-    """Return the files that these methods read, by method and file name."""
+    """Return the files that the given methods read, by names of method and file."""
     return {f"{method.name} {path.name}": path for method in chosen(names) for path in method.files}
 
 
 def styles(names: Sequence[str]) -> dict[str, Style]:
-    """Return the styles of methods and then of all baselines, by name."""
+    """Return the styles by name, first of the given methods and then of all baselines."""
     compared = chosen([name for name in names if name not in BASELINES])
     return {each.name: each.style for each in (*compared, *BASELINES.values())}
 
@@ -355,18 +358,23 @@ def _require_registered(name: str, names: Sequence[str]) -> None:
 
 
 Methods = Annotated[list[str], _require_registered]
-"""Names of methods, without duplicates."""
+"""List of names of registered methods, without duplicates."""
 
 
 VIEW: dict[str, Any] = {"x": "view_angle_deg", "abscissa": Axis(ticks=30)}
-"""Abscissa of charts over the view angle."""
+"""Column and axis of charts that show a quantity against view angle."""
 
 STRIP_DEG = 10.0
-"""Width of a strip of view angles; the bands of frontal, oblique and profile views end on multiples of it."""
+"""Width of a strip of view angles, degrees.
+
+The bands of frontal, oblique and profile views end at multiples of this width.
+"""
 
 
 def middles_of_strips(views: Grid) -> Grid:
-    """Return the middles of strips of a grid of view angles, or the grid itself if its steps are as wide.
+    """Divide a grid of view angles into strips and return their midpoints.
+
+    The grid itself is returned if its step is at least as wide as a strip.
 
     All strips have the same weight, as in the whole grid, so that means over the middles estimate means over all views.
 

@@ -1,4 +1,4 @@
-"""Nested choice of sigma² for each walker, by other people and with models learnt without the walker.
+"""Nested choice of sigma² for each walker, from the errors of other people in models without that walker.
 
 zhang2007 chooses sigma² on the walkers that it reports.  Here people are divided into groups.  For the walkers of
 group g, the chosen sigma² has the lowest error over the walkers of every other group h, reconstructed by the model
@@ -16,12 +16,12 @@ from pipeline.studies.eigenwalkers.model import EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 
 GROUPS = 10
-"""Number of groups of people; fewer if there are fewer people."""
+"""Largest number of groups of people; with fewer people, each person is a group."""
 
 MIN_PEOPLE = 4
 
 VIEWS = 5
-"""Number of the sweep's view angles at which sigma² is chosen."""
+"""Number of view angles of the sweep at which the errors are computed to choose sigma²."""
 
 
 def nested_choice(
@@ -31,7 +31,9 @@ def nested_choice(
     noise_variances: np.ndarray,
     workers: int,
 ) -> np.ndarray:
-    """Return the index of the sigma² that other people choose for each walker (R,), with models without that walker.
+    """Return, for each walker (R,), the index of the sigma² with the smallest error on other people.
+
+    Every model leaves out the walker, and also the people in the test of the model.
 
     The result is empty for fewer than four people, because each model leaves out two.
 
@@ -59,7 +61,10 @@ def nested_choice(
         paths: dict[bytes, reconstruction.NoisePath] = {}
 
         def error(r: np.intp) -> np.ndarray:
-            """Return the error over a walker's measured joints; walkers with the same joints share a path."""
+            """Return the error (S,) over the measured joints of one walker.
+
+            Walkers with the same measured joints share the computation for all sigma².
+            """
             measured = ~data.unmeasured[r]
             if (key := measured.tobytes()) not in paths:
                 of_measured = linear_model.of_measured(model, measured)

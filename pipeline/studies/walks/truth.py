@@ -1,4 +1,4 @@
-"""Checks of the ground truth of walkers: proportions, sides, size, power, phase zero and heading.
+"""Checks of the walkers' ground truth: proportions, symmetry, size, power, phase and heading.
 
 An error of the input changes every number, but no comparison reveals it.  These columns are the conditions of the
 claims of figures 3 and 5.  The ranges are those of published bodies, not of the people in the data.
@@ -18,7 +18,7 @@ from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import tidy
 
 LEG_MM = (300.0, 1300.0)
-"""Length of thigh and shank together, mm."""
+"""Accepted range of leg length, thigh plus shank, mm."""
 
 PROPORTIONS = {
     "hips": (0.10, 0.30),
@@ -27,21 +27,24 @@ PROPORTIONS = {
     "pelvis to head": (0.55, 1.20),
     "sternum to head": (0.08, 0.50),
 }
-"""Ranges of lengths over that of the leg, adults and children [Drillis & Contini 1966; Gordon et al. 1989], with room
-for the definitions of joints; the head is above the sternum."""
+"""Accepted ranges of lengths relative to leg length [Drillis & Contini 1966; Gordon et al. 1989].
+
+The ranges include adults and children, with a margin for the definitions of joints.  For the last range, the height of
+the head above the sternum is used.
+"""
 
 LIMBS = (("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "wrist"))
-"""Ends of the limbs that are compared left with right."""
+"""End joints of the limbs whose left and right lengths are compared."""
 
 DECIMALS = 9
-"""Decimals of angles in degrees; further ones are rounding."""
+"""Number of decimals to which angles in degrees are rounded; further digits are rounding errors."""
 
 INSTANTS = 24
-"""Instants of a cycle at which lengths are measured."""
+"""Number of instants of a gait cycle at which lengths are measured."""
 
 
 def truth_table(data: FourierSamples, clips: Walks) -> pd.DataFrame:
-    """Return ``table_truth``: the checks of every walker.
+    """Return ``table_truth``, with all checks in one row for each walker.
 
     Proportions and sides leave out joints that were not measured.
 
@@ -77,7 +80,7 @@ def truth_table(data: FourierSamples, clips: Walks) -> pd.DataFrame:
 
 
 def along_table(data: FourierSamples, model: Eigenwalkers) -> pd.DataFrame:
-    """Return ``table_along``: coefficients of walkers who were left out, along each eigenvector [zhang2007 3.11].
+    """Return ``table_along``, with coefficients of held-out walkers along the eigenvectors [zhang2007 3.11].
 
     ``squared``: over the eigenvalue of the model without the walker.  ``fourth_power``: of the coefficients over their
     root mean square over walkers; mean over the eigenvectors.
@@ -101,12 +104,12 @@ def along_table(data: FourierSamples, model: Eigenwalkers) -> pd.DataFrame:
 
 
 def _cycle(coefficients: np.ndarray) -> np.ndarray:
-    """Return the postures (T, 15, 3), mm, of one cycle."""
+    """Return the postures (T, 15, 3), mm, of one gait cycle."""
     return fourier.synthesise(coefficients, 1.0, np.arange(INSTANTS) / INSTANTS)
 
 
 def _outside(postures: np.ndarray, measured: np.ndarray) -> int:
-    """Return the number of proportions of a walker that are outside of their ranges."""
+    """Return the number of a walker's proportions, leg length included, that are outside the accepted ranges."""
     mean = postures.mean(axis=0)
     leg = 0.5 * sum(
         _length(postures, f"{side}_{a}", f"{side}_{b}") for side in ("left", "right") for a, b in LIMBS[:2]
@@ -130,7 +133,7 @@ def _outside(postures: np.ndarray, measured: np.ndarray) -> int:
 
 
 def _sides_apart(postures: np.ndarray, measured: np.ndarray) -> float:
-    """Return the largest difference of a limb's length between left and right, over their mean; 0 without any limb."""
+    """Return the largest relative difference between left and right limb lengths; 0 if no limb is measured."""
     differences = [0.0]
     for ends in LIMBS:
         names = [[f"{side}_{end}" for end in ends] for side in ("left", "right")]
@@ -141,29 +144,35 @@ def _sides_apart(postures: np.ndarray, measured: np.ndarray) -> float:
 
 
 def _length(postures: np.ndarray, one: str, other: str) -> float:
-    """Return the root mean square distance of two joints, mm: over the instants of a cycle exact for any phase zero."""
+    """Return the root mean square distance, mm, between two joints over a gait cycle.
+
+    The mean over the instants does not depend on the phase at which the cycle begins.
+    """
     between = postures[:, WALKER15.index(one)] - postures[:, WALKER15.index(other)]
     return float(np.sqrt(np.square(between).sum(axis=-1).mean()))
 
 
 def _above(posture: np.ndarray, one: str, other: str) -> float:
-    """Return the height of one joint above another, mm."""
+    """Return the height of one joint above another joint in a posture, mm."""
     return float(posture[WALKER15.index(one), 2] - posture[WALKER15.index(other), 2])
 
 
 def _height(mean: np.ndarray) -> float:
-    """Return the height of the head above the ankles in the mean posture, mm."""
+    """Return the height of the head above the ankles, mm, in the mean posture."""
     return 0.5 * (_above(mean, "head", "left_ankle") + _above(mean, "head", "right_ankle"))
 
 
 def _phases(coefficients: np.ndarray) -> np.ndarray:
-    """Return the phase (R,), rad, of the fundamental of the left less the right ankle along the walk."""
+    """Return the phase (R,), rad, of the difference between left and right ankle along the walk.
+
+    The phase is that of the fundamental.
+    """
     left, right = (WALKER15.index(f"{side}_ankle") for side in ("left", "right"))
     sine, cosine = (coefficients[:, k, left, 1] - coefficients[:, k, right, 1] for k in (1, 2))
     return np.arctan2(cosine, sine)
 
 
 def _from_the_mean_deg(angles: np.ndarray) -> np.ndarray:
-    """Return the distance (R,) of angles, rad, from their circular mean, degrees."""
+    """Return the absolute difference (R,), degrees, between angles (R,), rad, and their circular mean."""
     mean = np.angle(np.exp(1j * angles).mean())
     return np.abs(np.degrees(np.angle(np.exp(1j * (angles - mean))))).round(DECIMALS)

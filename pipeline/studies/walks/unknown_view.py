@@ -1,4 +1,4 @@
-"""Experiment 2: estimate of the view angle of every walker from every view, with a model learnt without that walker.
+"""Experiment 2: estimation of the view angle of every walker, by a model learnt without the walker.
 
 zhang2007 4.5, 4.6, zhang2004 14.
 """
@@ -38,17 +38,17 @@ Solver.__doc__ = """Search for the view angle: over the whole range, or as in ap
 
 
 RANDOM_VIEW = "random_view"
-"""Name of the baseline that draws a view on the whole circle for every walker and view, without using the image."""
+"""Name of the baseline that ignores the image and draws a random view for every walker and true view."""
 
 
 WHOLE_CIRCLE_DEG = [-180.0, 180.0]
 IMAGE_IGNORED_MM2 = 1e15
-"""Noise variance at which MAP ignores the image and gives the average walker, up to rounding."""
+"""Noise variance that is so large that approach II ignores the image and returns the average walker."""
 
 
 @dataclass(frozen=True)
 class ViewAngles:
-    """View angles that both approaches and baselines estimate, with their costs.
+    """View angles estimated by both approaches and by baselines, with the costs of the estimates.
 
     Attributes
     ----------
@@ -72,7 +72,7 @@ class ViewAngles:
 
 
 class UnknownView(Sweep):
-    """Estimation of the view angle together with the motion."""
+    """Options of estimating the view angle together with the motion."""
 
     draws_random_numbers = True
 
@@ -118,27 +118,27 @@ class UnknownView(Sweep):
                 )
 
     def with_methods(self, names: Sequence[str]) -> UnknownView:
-        """Return the sweep with further methods that estimate a view."""
+        """Return a copy of the sweep with further methods, namely the named methods that estimate a view."""
         able = [each.name for each in methods.chosen(names) if each.estimate]
         return replace(self, methods=list(dict.fromkeys([*self.methods, *able])))
 
     def modules(self) -> list[str]:
-        """Return the modules of the chosen methods."""
+        """Return the modules that implement the selected methods."""
         return methods.modules(self.methods)
 
     def further_files(self, data: Data) -> dict[str, Path]:
-        """Return the files that the chosen methods read."""
+        """Return the files that the selected methods read."""
         return methods.files(self.methods)
 
     def of_populations(self) -> UnknownView:
-        """Return the sweep at the middles of strips of views, without the published solver.
+        """Return the sweep at the midpoints of strips of views, without the solver of appendix B.
 
         Fewer views limit the size of its tables, which have a row for every walker and view.
         """
         return replace(self, view_angle_deg=middles_of_strips(self.view_angle_deg), published_views_deg=[])
 
     def measure(self, inputs: SweepInputs[object, FourierSamples, Eigenwalkers]) -> ViewAngles:
-        """Return the view angles that all methods estimate, with their costs."""
+        """Return the view angles estimated by all methods, with the costs of the estimates."""
         data, model = inputs.dataset, inputs.model
         compared = methods.with_baselines(methods.chosen(self.methods))
         prepared = {method.name: method.prepared(data) for method in compared}
@@ -196,7 +196,10 @@ class UnknownView(Sweep):
     def _estimate(
         self, method: Method, fold: Fold, walk: Walk, views: np.ndarray, solver: Solver
     ) -> viewpoint.ViewEstimate:
-        """Return the best-fitting view angles [zhang2007 4.5] [zhang2004 14]; a plug-in uses its own search."""
+        """Return the best-fitting view angles [zhang2007 4.5] [zhang2004 14].
+
+        A plug-in uses a search of its own.
+        """
         if method.estimate:
             estimate: viewpoint.ViewEstimate = method.estimate(fold, walk, views)
             return estimate

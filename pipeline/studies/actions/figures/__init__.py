@@ -1,1 +1,1 @@
-"""Figures of mozerov2006, and three figures of our own."""
+"""Figures of mozerov2006, and two figures of our own."""

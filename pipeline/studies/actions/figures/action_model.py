@@ -1,4 +1,4 @@
-"""The training set in the aSpace, raw, synchronized, by key-frames, and the learnt action model: mozerov2006 figure 3.
+"""Training performances in the aSpace in three alignments, and the learnt action model: mozerov2006 figure 3.
 
 The columns of the paper: (a) not synchronized, (b) synchronized automatically, (c) by key-frames, (d) mean performance
 and three standard deviations on either side of it.  `key_frame_agreement` says how (b) is compared with (c).
@@ -40,12 +40,12 @@ ALIGNED = {
     "synchronized": ("(b) automatically", "sample"),
     "keyframe": ("(c) by key-frames", "sample"),
 }
-"""Title and abscissa of each column of panels with performances, which precede the learnt model."""
+"""Title and x-axis label of the three columns of panels that show performances; the model is in the fourth."""
 
 PUBLISHED = Reference(x=16.0, y="mozerov2006_variance_captured", label="published: 16, 95 %")
 
 MEAN_COLOUR, LINEAR_COLOUR = "orange", "grey"
-"""Colours of the mean performance, and of bounds learnt by linear normalisation."""
+"""Colour of the mean performance, and colour of the bounds learnt from linearly synchronized performances."""
 
 THIN = Style("a performance", "blue", width=1 / 3, opacity=0.7)
 THIN_DASHED = Style("", "blue", line="dashed", width=1 / 3, opacity=0.7)
@@ -54,7 +54,7 @@ Inputs = FigureInputs[Postures, Action, Timings]
 
 
 class ActionModelFigure(Figure):
-    """The first dimensions of the aSpace: raw, synchronized, by key-frames, and what is learnt."""
+    """Figure of the performances and the action model in the first dimensions of the aSpace."""
 
     model = ActionSpaceModel
     sweep = Timing
@@ -62,7 +62,7 @@ class ActionModelFigure(Figure):
     dimensions: Count = 4  # of the aSpace that are drawn
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table``: the drawn sequences; distances, spectrum, performances, alignments, model, posture.
+        """Return ``table``, with the drawn sequences, and the tables of the model, its spectrum and the performances.
 
         ``table_paths`` has the cost of the paths in use, recomputed.  ``table_pairs``, ``table_space`` and
         ``table_space_draws`` are what the claims and their intervals rest on; ``table_timing`` depends on the machine.
@@ -105,7 +105,7 @@ class ActionModelFigure(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """A row for each dimension, with the paper's four columns; the spectrum, on the page."""
+        """Return charts with a row for each dimension and the paper's four columns; the page adds the spectrum."""
         bound = options_of(inputs).bound
         charts = [
             chart
@@ -136,7 +136,7 @@ class ActionModelFigure(Figure):
         )
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Log the mean performance among the others as skeletons; the learnt model over samples; all distances."""
+        """Record the mean performance and the others as skeletons, the model over samples and all distances."""
         action, bound, names = inputs.model, options_of(inputs).bound, inputs.samples
         median = action.median
         with begin(
@@ -177,7 +177,7 @@ class ActionModelFigure(Figure):
 
 
 def _row(k: int, model: pd.DataFrame, bound: float) -> list[Chart]:
-    """Return the charts of one dimension: three alignments and the learnt model."""
+    """Return the charts of one dimension: performances in three alignments, and the learnt model."""
     model = model[model["component"] == k]
     columns = {name: model[name].to_numpy() for name in ("sample", "mean", "mean_low", "mean_high")}
     for end, sign in (("lower", -bound), ("upper", bound)):

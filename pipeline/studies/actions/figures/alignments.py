@@ -1,4 +1,4 @@
-"""Shared parts of the figures of mozerov2006: performances in every alignment as rows, lines and skeletons."""
+"""Performances in every alignment as table rows, lines and skeletons, for the figures of mozerov2006."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Inputs = FigureInputs[Postures, Action, Any]
 
 
 def options_of(inputs: Inputs) -> ActionSpaceModel:
-    """Return the options that the action was learnt with."""
+    """Return the options with which the action was learnt."""
     return cast(ActionSpaceModel, inputs.experiment.model)
 
 
@@ -52,7 +52,7 @@ def sequence_rows(inputs: Inputs, components: Sequence[int]) -> pd.DataFrame:
 
 
 def mean_variance_left(performances: Sequence[np.ndarray]) -> float:
-    """Return the variance between performances, a mean over samples weighted by the number of performances.
+    """Return the variance between performances, averaged over samples with the number of performances as weight.
 
     Performances of unequal lengths are compared frame by frame, while at least two of them last.
     """
@@ -66,7 +66,7 @@ def mean_variance_left(performances: Sequence[np.ndarray]) -> float:
 def skeleton(
     inputs: Inputs, coordinates: np.ndarray, performance: int, *, aside_mm: float = 0.0
 ) -> np.ndarray:
-    """Return joints (T, 15, 3) mm of points (T, b) of the aSpace, with a performer's limbs, standing on the ground.
+    """Return the joints (T, 15, 3), mm, of a performer who stands on the ground in postures (T, b) of the aSpace.
 
     `aside_mm` moves the person along the first heading, +y, so that two people who bend forwards do not overlap when
     seen from the side.

@@ -1,4 +1,6 @@
-"""Agreement of alignments with synchronization by key-frames: "the results are very similar", mozerov2006 section 4.
+"""Agreement of other alignments with synchronization by key-frames.
+
+The paper claims that "the results are very similar" [mozerov2006 section 4].
 
 Two results can match the same postures and still have different common times: key-frames are placed at their mean
 relative times, automatic synchronization keeps the time of the median sequence.  The common time is arbitrary, so two
@@ -28,7 +30,11 @@ from pipeline.studies.figure_inputs import sd
 def sequence_differences(
     action: Action, options: ActionSpaceModel, alignment: str
 ) -> tuple[np.ndarray, float]:
-    """Return the rms difference of each performance (M,) from its alignment by key-frames, and that of the means."""
+    """Return the rms differences from synchronization by key-frames, of performances (M,) and of their mean.
+
+    The first result compares each performance in the given alignment with the same performance synchronized by
+    key-frames.  The second compares the means over performances.
+    """
     aligned, by_key_frames = np.stack(action.sequences(alignment)), action.keyframe
     common = synchronization.synchronize(
         aligned.mean(axis=0), by_key_frames.mean(axis=0), smoothness=action.smoothness, **options.path_options
@@ -40,13 +46,13 @@ def sequence_differences(
 
 
 def correspondence_differences(action: Action, alignment: str) -> np.ndarray:
-    """Return the mean distance (M - 1,), in frames, between matches of an alignment and matches by key-frames."""
+    """Return the mean absolute difference (M - 1,) between frames matched by an alignment and by key-frames."""
     off = np.abs(action.matched_frames(alignment) - action.matched_frames("keyframe")).mean(axis=1)
     return np.delete(off, action.median)
 
 
 def alignments_compared(action: Action, options: ActionSpaceModel) -> pd.DataFrame:
-    """Return ``table_stages``: variance left, acceptance and difference from key-frames, for each alignment.
+    """Return ``table_stages``: remaining variance, acceptance and difference from key-frames, for each alignment.
 
     Cells are empty where a number is undefined: raw performances have no common samples, and a single person cannot
     be left out.

@@ -1,4 +1,7 @@
-"""Generalisation to new people: pattern and modes of a held-out person, and the spectrum of resampled people.
+"""Generalisation to new people, from held-out people and bootstrap samples of people.
+
+Held-out people are compared with the pattern and the modes of the others.  Bootstrap samples give the variation of the
+spectrum.
 
 Each result has a baseline: a pattern chosen at random, and numbers of a posture without correlation.
 """
@@ -19,12 +22,12 @@ MODES = 4
 """Dimensions of the aSpace that mozerov2006 figure 3 shows."""
 
 COVERED, PRINTED = 0.95, 16
-"""Share of the variance that the aSpace covers, and the number of eigenvectors that the paper needs for it."""
+"""Share of variance that the aSpace explains, and the published number of eigenvectors that explain it."""
 
 
 @dataclass(frozen=True)
 class Moments:
-    """Sums over the postures of each person, which give the covariance for any sample of people.
+    """Sums over each person's postures, which yield the covariance of postures in any sample of people.
 
     Attributes
     ----------
@@ -39,7 +42,7 @@ class Moments:
     squares: np.ndarray
 
     def covariances(self, weights: np.ndarray) -> np.ndarray:
-        """Return the covariance (B, 37, 37) of postures, with weights (B, C) of the people."""
+        """Return the covariance matrices (B, 37, 37) of postures for B weightings (B, C) of the C people."""
         count = (weights @ self.count)[:, None]
         mean = weights @ self.total / count
         return (
@@ -48,7 +51,7 @@ class Moments:
 
 
 def moments(performances: Sequence[np.ndarray], person: np.ndarray) -> Moments:
-    """Return the moments of the postures (F_i, 37) of each person, with people in alphabetical order."""
+    """Return the sums over postures (F_i, 37) for each person, in alphabetical order of people."""
     middle = np.concatenate(performances).mean(axis=0)  # against cancellation
     groups = [
         np.concatenate([p for p, who in zip(performances, person, strict=True) if who == label]) - middle
@@ -62,7 +65,7 @@ def moments(performances: Sequence[np.ndarray], person: np.ndarray) -> Moments:
 
 
 def space_tables(performances: Sequence[np.ndarray], person: np.ndarray) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Return ``table_space`` and ``table_space_draws``: size of the aSpace, for all and for resampled people.
+    """Return the size of the aSpace for all people, ``table_space``, and for resamples, ``table_space_draws``.
 
     The uncorrelated baseline shuffles each number of a posture over time, so that only the diagonal of the covariance
     remains.  The paper's number of eigenvectors is taken from all people: eigenvectors of a resample would cover
@@ -80,7 +83,10 @@ def space_tables(performances: Sequence[np.ndarray], person: np.ndarray) -> tupl
 
 
 def _sizes(covariances: np.ndarray, of_all: np.ndarray) -> pd.DataFrame:
-    """Return the number of eigenvectors that cover the variance (B,), and the share that the paper's number covers."""
+    """Return the numbers (B,) of eigenvectors that explain the required variance, and a share (B,) of variance.
+
+    The share is explained by the published number of eigenvectors, computed from all people.
+    """
     columns = {}
     for suffix, correlated in {"": True, "_uncorrelated": False}.items():
         matrices, reference = (x if correlated else x * np.eye(x.shape[-1]) for x in (covariances, of_all))
@@ -97,7 +103,7 @@ def _sizes(covariances: np.ndarray, of_all: np.ndarray) -> pd.DataFrame:
 def patterns_of_others(
     distances: np.ndarray, person: np.ndarray, pattern_of: Callable[[np.ndarray], int]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return each performance's distance (M,) from the other people's pattern, and from all their sequences.
+    """Return two distances (M,) of each performance: from other people's pattern, and from all their performances.
 
     The second distance is a mean.  NaN if fewer than two performances of others remain.
 
@@ -124,7 +130,7 @@ def patterns_of_others(
 def variance_along_modes(
     performances: Sequence[np.ndarray], person: np.ndarray, modes: int = MODES
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the share of each performance's variance (M,) along the first modes of other people, and its baseline.
+    """Return the share (M,) of each performance's variance along the first modes of other people, and a baseline.
 
     The baseline uses as many single numbers of a posture, those that vary most in the other people.  NaN for a single
     person.

@@ -1,4 +1,6 @@
-"""Squared distances of all pairs of performances, which give the variance between them for any resample of people.
+"""Squared distances between all pairs of performances.
+
+They give the variance between performances for any resample of people.
 
 The variance between performances (divisor M - 1) is half the mean squared distance over pairs, so a replicate that
 counts people differently needs no sequences, only these distances.
@@ -20,7 +22,7 @@ BASELINES = ("linear", "keyframe", "synchronized")
 
 
 def squared_distances(performances: Sequence[np.ndarray]) -> np.ndarray:
-    """Return the mean squared distance (M, M) of each pair of performances (F_i, b), over their common frames."""
+    """Return the mean squared distance (M, M) between performances (F_i, b), over the frames of the shorter one."""
     lengths = np.array([len(x) for x in performances])
     if (lengths == lengths[0]).all():
         flat = np.stack(performances).reshape(len(performances), -1)
@@ -34,7 +36,7 @@ def squared_distances(performances: Sequence[np.ndarray]) -> np.ndarray:
 
 
 def pairs_table(inputs: Inputs, baseline: WithoutMistiming, components: slice = slice(None)) -> pd.DataFrame:
-    """Return ``table_pairs``: squared distance of all ordered pairs, in each alignment and without mistiming."""
+    """Return ``table_pairs``: squared distances of ordered pairs, for each alignment and without timing errors."""
     sequences = {alignment: inputs.model.sequences(alignment) for alignment in ALIGNMENTS}
     sequences |= {f"baseline_{name}": list(getattr(baseline, name)) for name in BASELINES}
     person, names = inputs.dataset.person, np.array(inputs.samples)

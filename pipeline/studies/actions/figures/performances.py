@@ -1,4 +1,4 @@
-"""Tables of single performances and of their postures: mozerov2006 section 2 and figure 3."""
+"""Tables of individual performances and of their postures: mozerov2006 section 2 and figure 3."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Inputs = FigureInputs[Postures, Action, Any]
 
 
 def performances_table(inputs: Inputs) -> pd.DataFrame:
-    """Table of single performances, with results for each of them as that of a held-out person."""
+    """Table with a row for each performance, including results with its person held out."""
     action, data = inputs.model, inputs.dataset
     postures = data.split(data.postures)
     model = options_of(inputs)
@@ -63,7 +63,7 @@ def performances_table(inputs: Inputs) -> pd.DataFrame:
 
 
 def paths_table(inputs: Inputs) -> pd.DataFrame:
-    """Return ``table_paths``: cost of the path of each performance to the pattern, recorded and recomputed.
+    """Return ``table_paths``: cost of the path from each performance to the pattern, as stored and as recomputed.
 
     Recomputed by [mozerov2006 12] with the smoothness and the penalty of the options.  The pattern itself has no path.
     """
@@ -95,7 +95,7 @@ def paths_table(inputs: Inputs) -> pd.DataFrame:
 
 
 def _explained(postures: list[np.ndarray], action: Action) -> list[np.ndarray]:
-    """Shares (M,) of the variance of height and of cosines that the mean of the other performances explains."""
+    """Shares (M,) of variance explained by the mean of the other performances, for the height and for the cosines."""
     normalised = np.stack([synchronization.normalise(p, action.linear.shape[1]) for p in postures])
     all_in_step = synchronization.warp(normalised, action.disparity)  # (M, P, 37)
     others = (all_in_step.sum(axis=0) - all_in_step) / (len(all_in_step) - 1)
@@ -113,13 +113,16 @@ def _cosines(postures: np.ndarray) -> np.ndarray:
 
 
 def _angle_change_max(cosines: np.ndarray) -> float:
-    """Largest change of a limb's azimuth between frames, in half turns: its range, 0 to 2, is that of cosines."""
+    """Largest change of a limb's azimuth between frames, in half turns.
+
+    The range of an azimuth in half turns is 2, as is the range of a cosine.
+    """
     azimuth = np.arctan2(cosines[..., 1], cosines[..., 0])
     return np.abs(np.diff(azimuth, axis=0)).max() / np.pi
 
 
 def posture_table(inputs: Inputs) -> pd.DataFrame:
-    """Table with the size of a posture, the smoothness of its cosines, and the difference of C(n, m) and C(m, n)."""
+    """Table with the size of a posture, the smoothness of its cosines, and the asymmetry of the distances C(n, m)."""
     data, distances = inputs.dataset, inputs.model.distances
     cosines = _cosines(data.postures)
     within = np.delete(np.arange(1, len(cosines)), data.first[1:-1] - 1)  # not from one clip to the next

@@ -1,4 +1,4 @@
-"""Mean postures and accepted samples as skeletons: mozerov2006 figure 4."""
+"""Mean postures and random accepted postures as skeletons: mozerov2006 figure 4."""
 
 from __future__ import annotations
 
@@ -19,34 +19,34 @@ from pipeline.studies.study import Figure, Picture, Recorder, Tables
 from pipeline.validation import require_range
 
 MEAN_COLOUR, SAMPLE_COLOUR = "orange", "blue"
-"""Colours of the mean performance and of accepted samples, in the recording."""
+"""Colours of the mean performance and of the accepted samples in the recording."""
 
 SIDE_DEG, VIEW_DEG = -90.0, -55.0
-"""View of the picture, from the left, and of the recording, a three-quarter view from the left."""
+"""Azimuth of the picture's view, from the left, and of the recording's view, from the front left."""
 
 EXAMPLES = 7
-"""Largest number of samples of a frame in the picture."""
+"""Largest number of samples that the picture shows for each frame."""
 
 SPACING_MM = 750.0
-"""Distance between neighbours in the recording, in a row across this view."""
+"""Distance between neighbouring skeletons in the recording, which stand in a row across the view."""
 
 Inputs = FigureInputs[Postures, Action, SampledPostures]
 
 
 class PostureSamples(Figure):
-    """Mean postures and accepted samples as skeletons."""
+    """Figure of mean postures and accepted samples as skeletons."""
 
     model = ActionSpaceModel
     sweep = PostureSampling
 
     def validate(self, experiment: Experiment) -> None:
-        """Raise InvalidInput if a frame of the sweep is outside the mean performance."""
+        """Raise InvalidInput if the sweep names a frame that the mean performance does not have."""
         samples = getattr(experiment.model, "samples")  # noqa: B009 - the model above has it
         for frame in getattr(experiment.sweep, "frames"):  # noqa: B009
             require_range("sweep.frames", frame, at_least=1, at_most=samples)
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table``: joints of mean postures (draw -1) and displayed samples; ``table_samples``: distances.
+        """Return ``table``, joints of mean postures (draw -1) and samples, and ``table_samples``, with distances.
 
         ``table_samples_draws``: distances by models of resampled people.  ``table_tails``: the tail of the distances,
         with each coordinate drawn by itself and from the full covariance; ``table_tails_draws``: by resampled people.
@@ -67,7 +67,7 @@ class PostureSamples(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """No charts, only a caption with the distances of the samples."""
+        """Return a sheet without charts, whose caption states the distances of the samples."""
         accepted = tables["table_samples"].query("kind == 'accepted'")
         measured = "; ".join(
             f"frame {row.frame}: {row.spread_mm:.0f} mm from the mean posture, "
@@ -83,7 +83,7 @@ class PostureSamples(Figure):
         )
 
     def draw(self, inputs: Inputs, tables: Tables, picture: Picture) -> None:
-        """Draw two rows for each frame: the mean posture, then the samples that differ most, from the side.
+        """Draw, for each frame, a row with the mean posture and a row with the samples that differ most.
 
         Each coordinate drawn by itself; and together, from the full covariance of the frame.
         """
@@ -105,7 +105,7 @@ class PostureSamples(Figure):
         picture.skeletons(rows, WALKER15.bones, legend=("mean posture", "accepted by the action model"))
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Record the mean performance over time, and each frame's mean posture and samples side by side."""
+        """Record the mean performance over time, and for each frame the mean posture next to the samples."""
         performance = inputs.sweep.mean_performance
         angle = np.radians(VIEW_DEG)
         # The eye is in front of the row, where the image's horizontal runs to the left.
@@ -151,7 +151,7 @@ class PostureSamples(Figure):
 
 
 def _tails(tables: Tables) -> str:
-    """Return the sentence of the caption on the tails of both ways to draw."""
+    """Return the caption's sentence on the largest distances of samples, for both ways of sampling."""
     means = tables["table_tails"].groupby("kind")[["nearest_training_p95_mm", "beyond_100mm_percent"]].mean()
     by_itself, together = (
         f"95 % are within {row.nearest_training_p95_mm:.0f} mm of a recorded posture, {row.beyond_100mm_percent:.1f} %"
@@ -164,7 +164,7 @@ def _tails(tables: Tables) -> str:
 
 
 def farthest_apart(bodies: np.ndarray, count: int) -> list[int]:
-    """Return the numbers of the bodies that lie farthest from a reference and from each other.
+    """Return the indices of the bodies that lie farthest from a reference body and from each other.
 
     The first of the bodies (n, J, 3) is the reference; the others are numbered from 0.  Each body is chosen as far as
     possible from the nearest of those chosen before.

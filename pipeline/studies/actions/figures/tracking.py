@@ -1,4 +1,4 @@
-"""Error of tracking with the action model as prior, without it, and of the mean performance alone.
+"""Tracking errors with the action model as prior, without a prior, and of the mean performance alone.
 
 The mean error of the prior can fall as the noise grows, because single performances lose the phase, which never runs
 back, and few particles decide which.  At full scale on synthetic people, with six draws of 500 particles for each of
@@ -31,17 +31,20 @@ METHODS = {
     "mean_best_phase": Style("mean, best phase", "green", line="dashed", interval=False),
 }
 RECORDED = METHODS | {"mean_linear_phase": replace(METHODS["mean_linear_phase"], colour="yellow")}
-"""Styles in the recording: yellow is easier to distinguish from the silver truth than grey."""
+"""Styles of the methods in the recording, where yellow differs more than grey from the silver of the truth."""
 
 PANELS = {
     "particles": ("particles", "particles"),
     "noise": ("noise_mm", "noise of the image"),
     "occlusion": ("occluded", "share of joints hidden"),
 }
-"""Column and label of each varied quantity."""
+"""Column and axis label of each varied quantity."""
 
 LOST_ABOVE = 2.0
-"""Ratio of a performance's error to that of its true postures in the aSpace above which its phase counts as lost."""
+"""Ratio of a performance's tracking error to its aSpace error, above which its phase counts as lost.
+
+The aSpace error is the error of the true postures after projection into the aSpace.
+"""
 
 CONDITION = ["leave_out", "varied", "particles", "noise_mm", "occluded", "method"]
 
@@ -49,13 +52,13 @@ Inputs = FigureInputs[Postures, Action, TrackingErrors]
 
 
 class TrackingError(Figure):
-    """Error of tracking against particles, noise and occlusion: with the prior, without it, and by the mean alone."""
+    """Figure of the tracking error against the number of particles, noise and occlusion, for every method."""
 
     model = ActionSpaceModel
     sweep = HeldOutTracking
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table``: each condition and method over performances; ``table_performances``: each performance."""
+        """Return ``table``, with means by condition and method, and ``table_performances``, with each performance."""
         columns = [
             "performance",
             "person",
@@ -80,7 +83,7 @@ class TrackingError(Figure):
         return {"table": table, "table_performances": each}
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Charts of the error against particles, noise and occlusion, a row for each kind of leaving out."""
+        """Charts of the error against particles, noise and occlusion, in one row for each choice of held-out data."""
         table, sweep = tables["table"], inputs.sweep
         top = 1.05 * table[["error_mm", "error_mm_high"]].max(axis=None)
         charts = []
@@ -126,7 +129,7 @@ class TrackingError(Figure):
         )
 
     def _lost(self, inputs: Inputs, each: pd.DataFrame) -> str:
-        """Return the sentence on performances whose phase the filter with the prior loses."""
+        """Return the sentence about performances in which the filter with the prior loses the phase."""
         way = str(inputs.sweep.leave_out[0])
         prior = each[(each["method"] == "prior") & (each["leave_out"] == way)]
         lost = prior.assign(lost=prior["error_mm"] > LOST_ABOVE * prior["aspace_error_mm"])
@@ -142,7 +145,7 @@ class TrackingError(Figure):
         )
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Record one performance: truth, tracks with and without the prior, the mean alone, image and errors."""
+        """Record one performance: the truth, the tracks of all methods, the image and the errors over time."""
         sweep, methods = inputs.sweep, list(map(str, inputs.sweep.methods))
         with begin(
             f"\nPerformance `{inputs.samples[sweep.shown[0]]}`, by the model learnt without "

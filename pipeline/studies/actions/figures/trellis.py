@@ -1,4 +1,4 @@
-"""The disparity space image of one pair and the optimal path through its trellis: mozerov2006 figure 2.
+"""Disparity space image of two performances and the optimal path through its trellis: mozerov2006 figure 2.
 
 "The sum of the cost values along this path plus the weighted length of the path is minimal among all other possible
 paths": dynamic programming proves this.  As a test, the path is compared with paths that differ from it at one sample
@@ -33,20 +33,20 @@ OUTLINE_COLOUR = "grey"
 RANDOM_PATHS = 10_000
 
 DIMENSION = 1
-"""Dimension of the aSpace in the charts before and after."""
+"""Dimension of the aSpace that the charts show before and after synchronization."""
 
 COMPARED = {"linear": "before", "synchronized": "after"}
 
 
 class OptimalPath(Figure):
-    """The disparity space image of one pair and the optimal path through it."""
+    """Figure of the disparity space image of two performances, with the optimal path."""
 
     model = ActionSpaceModel
 
     performance: Annotated[int, bounded(at_least=-1)] = -1  # synchronized performance; -1: largest disparity
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table``: E of every node; ``table_path``: path; ``table_pair``: its distance, least of others."""
+        """Return ``table``, E of every node; ``table_path``, the path; ``table_pair``, distances along paths."""
         (n, m), nodes, names = self._pair(inputs), _nodes(inputs), inputs.samples
         x_n, x_m = (inputs.model.linear[k] for k in (n, m))
         path = np.asarray(inputs.model.disparity[m], int)
@@ -87,7 +87,7 @@ class OptimalPath(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Charts of both sequences, before and after, and of the disparity and the distance along the path."""
+        """Charts of both sequences before and after synchronization, and of disparity and distance along the path."""
         path, facts = tables["table_path"], tables["table_pair"].iloc[0]
         charts = []
         for letter, (alignment, word) in zip("bc", COMPARED.items(), strict=True):
@@ -128,7 +128,7 @@ class OptimalPath(Figure):
         )
 
     def draw(self, inputs: Inputs, tables: Tables, picture: Picture) -> None:
-        """Draw the image with the rhombus and the path, next to both sequences, before and after."""
+        """Draw the disparity space image with the outline of the trellis and the optimal path."""
         values, disparities = _image(tables["table"])
         path = tables["table_path"]
         picture.heat_map(
@@ -148,7 +148,7 @@ class OptimalPath(Figure):
         )
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Record the image with the path and, over samples, the disparity, the distance so far and both sequences."""
+        """Record the image with the path, and curves over samples: disparity, cumulative distance, both sequences."""
         values, disparities = _image(tables["table"])
         path, facts, top = tables["table_path"], tables["table_pair"].iloc[0], disparities[-1]
         samples, disparity = path["sample"].to_numpy(), path["disparity"].to_numpy()
@@ -174,7 +174,7 @@ class OptimalPath(Figure):
             rec.blueprint(Columns(left, Rows(*rec.plots)))
 
     def _pair(self, inputs: Inputs) -> tuple[int, int]:
-        """Numbers of the median sequence and of the performance that is brought to its rate."""
+        """Indices of the median sequence and of the performance that is synchronized to it."""
         median, count = inputs.model.median, len(inputs.samples)
         performance = inputs.model.farthest if self.performance == -1 else self.performance
         if performance >= count or performance == median:
@@ -189,20 +189,20 @@ class OptimalPath(Figure):
         return median, performance
 
     def _dimension(self, inputs: Inputs, alignment: str) -> tuple[np.ndarray, np.ndarray]:
-        """One dimension of both performances (P,)."""
+        """Values (P,) of one dimension of the aSpace, for each of the two performances."""
         n, m = self._pair(inputs)
         x_m = inputs.model.sequences(alignment)[m]
         return inputs.model.linear[n][:, DIMENSION - 1], x_m[:, DIMENSION - 1]
 
 
 def _nodes(inputs: Inputs) -> Trellis:
-    """Trellis that the model searched."""
+    """Trellis that the model searched for the optimal path."""
     options = options_of(inputs)
     return allowed_disparities(options.samples, smoothness=inputs.model.smoothness, **options.path_options)
 
 
 def _outline(inputs: Inputs) -> np.ndarray:
-    """Corners (K, 2) of the admissible region as (sample, disparity), in order around it."""
+    """Corners (K, 2) of the outline of the admissible region, each as (sample, disparity), in order."""
     nodes = _nodes(inputs)
     samples = np.arange(len(nodes.low))
     lower, upper = (np.column_stack([samples, side]) for side in (nodes.low, nodes.high))
@@ -210,7 +210,7 @@ def _outline(inputs: Inputs) -> np.ndarray:
 
 
 def _image(table: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
-    """E (disparities, P) from the table, NaN outside of the trellis, and the disparities from -D to D."""
+    """Image E (2D + 1, P) from the table, NaN outside the trellis, and its disparities from -D to D."""
     band = table["disparity"].abs().max()
     disparities = np.arange(-band, band + 1)
     image = table.pivot(index="disparity", columns="sample", values="cost").reindex(disparities)

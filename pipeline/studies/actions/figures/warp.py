@@ -1,4 +1,4 @@
-"""Performances in one dimension of the aSpace, in four alignments: mozerov2006 figure 1 and our panel (d)."""
+"""Performances in one dimension of the aSpace in four alignments: mozerov2006 figure 1, plus our panel (d)."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ from pipeline.studies.study import Figure, Recorder, Tables
 from pipeline.validation import Count, InvalidInput
 
 PERFORMANCE_COLOURS = ("orange", "blue", "green", "purple", "amber", "sky", "grey")
-"""Colours of the performances that are drawn with the median sequence."""
+"""Colours of the performances that are drawn in addition to the median sequence."""
 
 SIDE_BY_SIDE_MM = 650.0
-"""Distance of each of two displayed people from the middle."""
+"""Sideways distance of each of the two displayed people from the midpoint between them."""
 
 COMPARED = {"linear": "before: linearly synchronized", "synchronized": "after: synchronized automatically"}
-"""Alignments in the recording, with their titles."""
+"""Alignments in the recording, and their titles."""
 
 
 class Warp(Figure):
-    """Performances in one dimension of the aSpace, in four alignments."""
+    """Figure of the performances in one dimension of the aSpace, in four alignments."""
 
     model = ActionSpaceModel
 
@@ -44,8 +44,10 @@ class Warp(Figure):
     performances: Count = 6  # number of performances that are drawn; the table has all
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table``: all performances in one dimension; ``table_rates``: deviations from constant rate;
-        ``table_pairs``: squared distance of each pair in that dimension.
+        """Return tables of the performances in one dimension, of their rates and of the distances in that dimension.
+
+        ``table`` has all performances, ``table_rates`` the deviations from a constant rate, and ``table_pairs`` the
+        squared distance of each pair of performances.
 
         Times in ``table`` are those of the performance if raw, otherwise relative to the mean duration.
         """
@@ -72,7 +74,7 @@ class Warp(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Charts of each alignment with the median sequence and some performances, and of the pair in the recording."""
+        """Charts of the median sequence and some performances in each alignment, and of the pair in the recording."""
         median, *others = self._drawn(inputs)
         styles = {median: Style("median sequence", "original", width=1.2)} | {
             name: Style("", colour, width=0.75)
@@ -122,7 +124,7 @@ class Warp(Figure):
         )
 
     def _drawn(self, inputs: Inputs) -> list[str]:
-        """Names of the median sequence and of some others, spread evenly from the shortest to the longest."""
+        """Names of the median sequence and of other performances, spread evenly over the order of durations."""
         names, median = inputs.samples, inputs.model.median
         others = [names[m] for m in np.argsort(inputs.dataset.duration_s, kind="stable") if m != median]
         count = min(self.performances - 1, len(others))
@@ -132,7 +134,10 @@ class Warp(Figure):
         ]
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Record the median sequence and the performance farthest from it in time, linear above, synchronized below."""
+        """Record the median sequence and the performance with the largest disparity from it.
+
+        The upper view shows both after linear synchronization, the lower view after automatic synchronization.
+        """
         action, names = inputs.model, inputs.samples
         people = {"pattern": action.median, "performance": action.farthest}
         with begin(
@@ -170,7 +175,7 @@ class Warp(Figure):
 
 
 def _rates(inputs: Inputs, baseline: WithoutMistiming) -> pd.DataFrame:
-    """Rates of each rate-to-rate function, relative to the median sequence and a constant rate.
+    """Table of the rates of each performance relative to the median sequence; 1 is a constant rate.
 
     A sample is at the rate limit if time runs as fast as the steps of the trellis allow, twice as fast as at a constant
     rate [mozerov2006 13].  Standstill is not counted: it limits any monotone function.  Columns that end in

@@ -1,4 +1,4 @@
-"""Error of the recovered time against smoothness, for both readings of the penalty in mozerov2006.
+"""Error of the recovered time against the smoothness weight, for both readings of the penalty in mozerov2006.
 
 [mozerov2006 12] penalises changes of disparity, mu |k|; [mozerov2006 16], as printed, penalises its size, mu |d + k|.
 Synthetic performances have a true course, so that the error of the recovered time is known, also for linear
@@ -36,25 +36,28 @@ PORTIONS = {
     "left leg": ("left_thigh", "left_leg"),
     "right leg": ("right_thigh", "right_leg"),
 }
-"""Four portions of the body for separate synchronization, as in earlier work that the paper contrasts itself with (its
-portions are not published).  The height of the pelvis belongs to the trunk."""
+"""Four portions of the body that are synchronized separately.
+
+Earlier work, with which the paper contrasts its method, does so, but its portions are not published.  The height of the
+pelvis belongs to the trunk.
+"""
 
 Inputs = FigureInputs[Postures, Action, TimeErrors]
 
 
 class WarpError(Figure):
-    """Error of the recovered time, in frames."""
+    """Figure of the error of the recovered time, in frames."""
 
     model = ActionSpaceModel
     sweep = Smoothness
     traits = Traits(timeline="log10_smoothness_per_mille")
 
     def validate(self, experiment: Experiment) -> None:
-        """Raise InvalidInput, with ``data`` as its `where`, if the data set has no true course."""
+        """Raise InvalidInput about ``data`` if the true course of the action is not known."""
         require_true_course(experiment.data.knows_true_course)
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table``: error of each alignment and smoothness; ``table_starts``: with free and fixed start.
+        """Return ``table``, errors by alignment and smoothness, and ``table_starts``, with free and fixed start.
 
         ``table_performances`` has the errors of each performance at the model's smoothness and penalty, and the mean
         error of four separately synchronized portions of the body.
@@ -99,7 +102,7 @@ class WarpError(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Charts of the error against smoothness, where the pattern moves and everywhere, with other alignments."""
+        """Charts of the error against smoothness, over moving samples and over all samples, for every alignment."""
         table = tables["table"]
         synchronized = table[table["stage"] == "synchronized"]
         top = 1.25 * synchronized[[f"{error}_frames" for error in ERRORS]].max(axis=None)
@@ -140,7 +143,7 @@ class WarpError(Figure):
 
 
 def _frames_by_portions(inputs: Inputs) -> np.ndarray:
-    """Frames (4, M, P) of each performance that each portion of the body matches with the samples of the pattern."""
+    """Frames (4, M, P) matched with the samples of the pattern, for each portion of the body and performance."""
     options, data, median = options_of(inputs), inputs.dataset, inputs.model.median
     samples = inputs.model.linear.shape[1]
     normalised = np.stack([synchronization.normalise(x, samples) for x in data.split(data.postures)])
@@ -159,7 +162,7 @@ def _frames_by_portions(inputs: Inputs) -> np.ndarray:
 
 
 def _summary(inputs: Inputs, everywhere: np.ndarray, moving: np.ndarray) -> dict[str, float]:
-    """Mean, with its interval over people, and standard deviation over performances (M,)."""
+    """Mean error with its interval over people, and standard deviation, from the errors (M,) of performances."""
     summary = {}
     person = np.delete(inputs.dataset.person, inputs.model.median)
     for name, errors in (("error", everywhere), ("error_moving", moving)):

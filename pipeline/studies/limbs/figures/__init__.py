@@ -1,1 +1,1 @@
-"""Figures of park2011, and one figure of our own."""
+"""Figures of park2011 and one figure of our own."""

@@ -1,4 +1,4 @@
-"""Error of the trials against the swept quantity, with bands: park2011 figures 3b, 3c and 3d.
+"""Error of the trials against the swept quantity: park2011 figures 3b, 3c and 3d.
 
 This module has the figures of one limb; whole skeletons with missing points are in `missing_data`.
 """
@@ -24,10 +24,10 @@ from pipeline.studies.replicated import aggregate, interval_words
 from pipeline.studies.study import Figure, Recorder, Tables
 
 BASELINES = ("hanging_error", "mean_pose_error")
-"""Errors of baselines, as in `baselines.limb_errors`."""
+"""Columns with the errors of the baselines, as `baselines.limb_errors` names them."""
 
 ADJUSTED_BASELINE = "adjusted_hanging_error"
-"""Error of the hanging baseline with the length that the rays require, as for the method with adjusted radius."""
+"""Column with the error of a hanging limb whose length is first adjusted to the rays."""
 
 BASELINE_MEDIANS = {f"{name}_median": (name, "median") for name in BASELINES}
 
@@ -50,13 +50,13 @@ BASELINE_WORDS = (
 
 
 class RootErrorFigure(Figure):
-    """Error of a limb against that of its parent, and its spread."""
+    """Figure of the error of a limb, and of its standard deviation, against the error of its parent."""
 
     model = TrajectoryBasisModel
     sweep = RootErrorSweep
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return the tables of trials and of statistics over them, for the first camera and for all."""
+        """Return tables of trials and of statistics over trials, for the first camera and for all cameras."""
         rows = inputs.sweep.rows
         above = rows.assign(above_parent=rows["child_error_ratio"] > rows["parent_error_ratio"])
         cameras = aggregate(
@@ -76,7 +76,7 @@ class RootErrorFigure(Figure):
         return _tables(rows, cameras, ["root_error_ratio"], errors)
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Charts of the error against that of the parent, and of its standard deviation over trials."""
+        """Charts of a limb's error, and of its standard deviation over trials, against the parent's error."""
         options = cast(RootErrorSweep, inputs.experiment.sweep)
         first, *others = options.cameras
         styles = {
@@ -113,18 +113,18 @@ class RootErrorFigure(Figure):
         )
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Record the median error from every camera, the error of the parent, and the displayed limb."""
+        """Record the median error of each camera, the error of the parent, and one limb on its sphere."""
         record_on_sphere(inputs, begin, "root_error_per_mille", ROOT)
 
 
 class RadiusScaleFigure(Figure):
-    """Error of a limb against the scale of its radius."""
+    """Figure of the error of a limb against the scale of its assumed radius."""
 
     model = TrajectoryBasisModel
     sweep = RadiusScaleSweep
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return the tables of trials and of statistics over them, for the first camera and for all."""
+        """Return tables of trials and of statistics over trials, for the first camera and for all cameras."""
         rows, swept = inputs.sweep.rows, ["radius_scale", "adjust"]
         medians = {**BASELINE_MEDIANS, f"{ADJUSTED_BASELINE}_median": (ADJUSTED_BASELINE, "median")}
         cameras = aggregate(
@@ -142,7 +142,7 @@ class RadiusScaleFigure(Figure):
         return _tables(rows, cameras, swept, errors)
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Charts of the error against the scale of the radius, a panel for each camera."""
+        """Charts of the error against the scale of the radius, with one panel for each camera."""
         options = cast(RadiusScaleSweep, inputs.experiment.sweep)
         first = options.ways[0]
         styles = {way: STYLES[way] for way in options.ways}
@@ -174,12 +174,12 @@ class RadiusScaleFigure(Figure):
         )
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Record the median error from the first camera over the scale, and the displayed limb."""
+        """Record the median error of the first camera against the scale, and one limb on its sphere."""
         record_on_sphere(inputs, begin, "log10_scale_per_mille", "radius_scale")
 
 
 def _quartile_columns(name: str, column: str) -> dict[str, Any]:
-    """Return the aggregation of a column: its median, lower and upper quartile.
+    """Return the aggregations that give the median, lower quartile and upper quartile of a column.
 
     Parameters
     ----------
@@ -207,7 +207,7 @@ def _tables(rows: pd.DataFrame, cameras: pd.DataFrame, swept: Sequence[str], err
 
 
 def _baseline_lines(names: Sequence[str] = BASELINES, **rows: Any) -> list[Lines]:
-    """Lines of the medians of baselines over the swept quantity: hanging limb and mean pose."""
+    """Lines with the median error of each baseline over the swept quantity."""
     return [
         Lines(
             **{"table": "table_points", **rows},
@@ -219,13 +219,13 @@ def _baseline_lines(names: Sequence[str] = BASELINES, **rows: Any) -> list[Lines
 
 
 def _interval_words(tables: Mapping[str, pd.DataFrame]) -> str:
-    """Sentence of a caption on the bands along the medians."""
+    """Sentence for captions that explains the bands around the medians."""
     clips = tables["table_trials"]["clip"].nunique()
     return interval_words(clips, of="median", over="clips", bands="Bands along the lines")
 
 
 def _trials(sweep: RootErrorSweep | RadiusScaleSweep) -> str:
-    """Number of trials, distance of the camera and noise, for captions."""
+    """Sentences for captions on the number of trials, the camera's distance, the noise and the error."""
     noise = f"noise of {sweep.noise_px:g} px" if sweep.noise_px else "no noise"
     return (
         f"{sweep.trials} limbs at every point, {sweep.distance_mm / 1000:g} m from the camera, {noise}. Error: mean "

@@ -1,4 +1,4 @@
-"""Recording of a sweep over one limb: the error as curves, and the limb as a path on its sphere."""
+"""Recording of a sweep over one limb: charts of the error, and the path of the limb on its sphere."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ Inputs = FigureInputs[LimbStretches, BasisFit, SweptErrors]
 
 
 RADIUS_MM = 1000.0
-"""Radius of the sphere in a recording, for limbs of any length."""
+"""Radius at which recordings draw the sphere, for limbs of any length."""
 
 EYE_MM = (2100.0, 1500.0, 1000.0)
-"""Position from which the sphere is seen."""
+"""Position of the viewer's eye relative to the centre of the sphere."""
 
 OUTSIDE = 1.03
-"""Scale of the estimate's path: slightly outside the sphere, so that it does not hide the truth."""
+"""Factor that draws the estimated path slightly outside the sphere, so that it does not hide the true path."""
 
 TRUTH_COLOUR, ESTIMATE_COLOUR = "green", "orange"
 
 
 def sphere() -> tuple[np.ndarray, list[tuple[int, int]]]:
-    """Return the points (1, J, 3), mm, of a wire sphere, and the pairs of connected points."""
+    """Return the points (1, J, 3), mm, of circles on a sphere, and the pairs of points that lines connect."""
     meridians, parallels, steps = 8, 5, 48  # circles through the poles, around them, and points to a circle
     turn = np.linspace(0.0, 2.0 * np.pi, steps, endpoint=False)
     circles = []
@@ -44,7 +44,7 @@ def sphere() -> tuple[np.ndarray, list[tuple[int, int]]]:
 
 
 def path_bones(frames: int) -> list[tuple[int, int]]:
-    """Return the pairs of successive frames of a path."""
+    """Return the pairs of successive frames, which are the line segments of a path."""
     return [(f, f + 1) for f in range(frames - 1)]
 
 
@@ -54,7 +54,7 @@ def record_on_sphere(
     timeline: str,
     swept: str,
 ) -> None:
-    """Record the charts over a swept column, on a timeline, and the displayed limb."""
+    """Record the charts over the values of the swept column, and the displayed limb on its sphere."""
     sweep = inputs.sweep
     trial = sweep.rows[sweep.rows["trial"] == sweep.shown].iloc[0]
     truth, estimate = RADIUS_MM * sweep.paths[:, 0], RADIUS_MM * OUTSIDE * sweep.paths[:, 1]

@@ -28,18 +28,18 @@ from pipeline.studies.replicated import interval_over_clusters, interval_words
 from pipeline.studies.study import Figure, Recorder, Tables
 
 MAX_RECONSTRUCTIBILITY = 1000.0
-"""Upper limit of reconstructibility, which is unbounded if the truth lies in the basis."""
+"""Limit to which reconstructibility is clipped; it is unbounded if the truth lies in the basis."""
 
 WINDOW = 8
-"""Divisor of the window: the running median is over the n / 8 trials nearest in rank, at least 5."""
+"""Divisor for the running median of n trials, which uses the n / 8 trials nearest in rank, at least 5."""
 
 PUBLISHED = Reference(x="park2011_accuracy_is_high_above_one", label="η = 1")
 
 RANGE = (1e-2, 1e3)
-"""Displayed range of reconstructibility."""
+"""Range of reconstructibility on the axes."""
 
 PATHS = {"original": ("green", 1.0), "impostor": ("orange", 1.0), "reconstructed": ("amber", OUTSIDE)}
-"""Colour and scale of the paths in the recording, in the order of `LimbReconstructibilities.paths`."""
+"""Colour and scale of each path in the recording, in the order of `LimbReconstructibilities.paths`."""
 
 Inputs = FigureInputs[LimbStretches, BasisFit, LimbReconstructibilities]
 
@@ -48,13 +48,13 @@ DECIDED = CONFIDENCES["green"]
 
 
 class LimbScatter(Figure):
-    """Error of each trial against reconstructibility."""
+    """Figure of the error of each trial against its reconstructibility."""
 
     model = TrajectoryBasisModel
     sweep = ReconstructibilitySweep
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table``: every trial; ``table_running``: running median over reconstructibility.
+        """Return ``table``, with every trial, and ``table_running``, with the running median of the error.
 
         ``table_correlation``: rank correlation of the error with its predictors; ``table_refinement``: direct
         optimisation from other starts; ``table_starts``: its trials.
@@ -78,7 +78,7 @@ class LimbScatter(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Charts of every trial's error against reconstructibility and mirror margin, and of the running median."""
+        """Charts of the error against reconstructibility and against mirror margin, and of the running median."""
         options = _options(inputs)
         table, correlation = tables["table"], tables["table_correlation"]
         cameras = options.cameras
@@ -131,7 +131,7 @@ class LimbScatter(Figure):
         )
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Record the running median over log eta, and limbs on their spheres: at the cursor, a good and a bad one."""
+        """Record the running median over log eta, and three limbs on spheres: at the cursor, a good and a bad one."""
         trials = inputs.sweep.rows
         eta = trials["reconstructibility"].clip(*RANGE).to_numpy()
         paths, error = RADIUS_MM * inputs.sweep.paths, trials["limb_error"].to_numpy()
@@ -193,7 +193,7 @@ def _options(inputs: Inputs) -> ReconstructibilitySweep:
 
 
 def _running(values: np.ndarray, error: np.ndarray, clip: np.ndarray) -> pd.DataFrame:
-    """Running median and quartiles of the error, over the trials nearest in rank to each trial.
+    """Running median and quartiles of the error, each over the trials nearest in rank of reconstructibility.
 
     The interval of the median is over the clips of these trials.
     """
@@ -223,7 +223,7 @@ def _running(values: np.ndarray, error: np.ndarray, clip: np.ndarray) -> pd.Data
 
 
 def _correlations(rows: pd.DataFrame) -> pd.DataFrame:
-    """Table of rank correlations and successes: a row for each camera, and one for all."""
+    """Table of rank correlations and shares of successful trials, with a row for each camera and for all."""
     predictors = {
         "spearman_vector": "reconstructibility_vector",
         "spearman_angle": "reconstructibility_angle",
@@ -245,7 +245,7 @@ def _correlations(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def increasing(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return increasing whole numbers, and the indices of the values that round to them (the first of several)."""
+    """Return the distinct rounded values in increasing order, and the index of the first value that rounds to each."""
     order = np.argsort(values, kind="stable")
     rounded, first = np.unique(np.rint(values[order]).astype(int), return_index=True)
     return rounded, order[first]

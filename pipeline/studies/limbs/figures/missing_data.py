@@ -24,7 +24,7 @@ PATTERN_LABELS = {Pattern.random: "random", Pattern.block: "runs"}
 PATTERN_COLOURS = {Pattern.random: "blue", Pattern.block: "orange"}
 
 ESTIMATE_COLOUR, IMPUTED_COLOUR = "blue", "orange"
-"""Colours of the skeleton and of the imputed points, in the recording."""
+"""Colours of the estimated skeleton and of its imputed points in the recording."""
 
 PUBLISHED = Reference(x=0.05, y="park2011_error_with_missing_data", label="published")
 
@@ -32,19 +32,19 @@ BANDED = (
     "relative_error_mean", "relative_error_up_to_mirror_mean", "hanging_relative_error_mean",
     "mean_pose_relative_error_mean", "imputed_error_mm_median", "seen_error_mm_median",
 )  # fmt: skip
-"""Means and medians over skeletons with an interval over clips."""
+"""Columns of means and medians over skeletons that have a confidence interval over clips."""
 
 Inputs = FigureInputs[LimbStretches, BasisFit, MissingDataErrors]
 
 
 class MissingDataFigure(Figure):
-    """Error of a whole skeleton against the share of missing points."""
+    """Figure of the error of a whole skeleton against the share of missing points."""
 
     model = TrajectoryBasisModel
     sweep = MissingDataSweep
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table``: every skeleton at every fraction and pattern; ``table_points``: over skeletons.
+        """Return ``table``, with every skeleton, and ``table_points``, with statistics over skeletons.
 
         ``table_hinges``: with knees and elbows that flex one way, at the paper's fraction.
         """
@@ -70,13 +70,13 @@ class MissingDataFigure(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Charts of the relative error, as in the paper, and of the errors of observed and imputed points."""
+        """Charts of the relative error, as the paper shows it, and of the errors of observed and imputed points."""
         options = cast(MissingDataSweep, inputs.experiment.sweep)
         table, first = tables["table_points"], options.patterns[0]
         points: dict[str, Any] = {"table": "table_points", "by": "pattern"}
 
         def styles(label: str = "", line: str = "solid") -> dict[str, Style]:
-            """Return styles that distinguish patterns by colour; `label` names the lines of the first."""
+            """Return a style for each pattern of missing points; only the first pattern uses `label` in the legend."""
             return {
                 str(p): Style((label if p is first else "") if label else PATTERN_LABELS[p], PATTERN_COLOURS[p],
                 line=line,
@@ -135,7 +135,7 @@ class MissingDataFigure(Figure):
         )
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Record one skeleton with its imputed points, and errors over time and fractions."""
+        """Record one skeleton with its imputed points, and the errors over time and over missing fractions."""
         sweep, table = inputs.sweep, tables["table_points"]
         options = cast(MissingDataSweep, inputs.experiment.sweep)
         true, estimate, imputed = sweep.shown_true, sweep.shown_found, sweep.shown_imputed

@@ -1,4 +1,4 @@
-"""Whole skeletons from still and moving cameras, over the truth: park2011 figure 4."""
+"""Whole skeletons reconstructed from still and moving cameras, drawn over the truth: park2011 figure 4."""
 
 from __future__ import annotations
 
@@ -34,19 +34,19 @@ LIMBS = WALKER14.limbs
 PUBLISHED = Reference(y="park2011_humaneva_mean_error", label="published")
 
 ASIDE_RAD = np.pi / 2
-"""Angle between the camera's azimuth and the picture's other view."""
+"""Angle from the camera's azimuth to the azimuth of the picture's second view."""
 
 STEPS = {"hangs straight down": "baseline", "reconstructed": "orange", "mirrors tried": "blue"}
-"""Compared skeletons, beginning with the baseline, and their colours."""
+"""Skeletons that are compared, from the baseline to the last step of the method, and their colours."""
 
 TRACED = ("left_wrist", "right_wrist", "left_ankle", "right_ankle")
-"""Joints whose whole trajectories are drawn."""
+"""Joints whose trajectories are drawn for the whole motion."""
 
 Inputs = FigureInputs[LimbStretches, BasisFit, MotionsOfBoth]
 
 
 class MotionsFigure(Figure):
-    """Images, reconstructions from other views, whole trajectories."""
+    """Figure of images, reconstructions seen from other views, and whole trajectories."""
 
     model = TrajectoryBasisModel
     sweep = MotionsSweep
@@ -58,11 +58,11 @@ class MotionsFigure(Figure):
     ]  # fmt: skip
 
     def _of(self, inputs: Inputs) -> Motions:
-        """Return the reconstructions that the figure shows."""
+        """Return the reconstructions to show, with or without trials of mirrored limbs."""
         return inputs.sweep.mirrors_tried if self.mirrors else inputs.sweep.as_chosen
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table``: each joint of each clip and camera; ``table_clips``; ``table_limbs``.
+        """Return ``table``, with a row for each joint, clip and camera, ``table_clips`` and ``table_limbs``.
 
         ``table_steps``: each clip and camera by step of `STEPS`; ``table_papers``: clips in the paper's conditions,
         only without trials of mirrors; ``table_options``: number of cosines of the options.
@@ -88,7 +88,10 @@ class MotionsFigure(Figure):
         return {**further, **{name: tidy(rows, by=order) for name, rows in displayed.items()}}
 
     def chosen(self, inputs: Inputs) -> list[int]:
-        """Return the numbers of the recorded clips: the first for each word in `shown`, or clip 0 if none matches."""
+        """Return the indices of the clips to record: the first clip for each word in `shown`.
+
+        If no clip matches, the first clip is recorded.
+        """
         actions = [str(action).lower() for action in inputs.dataset.action[self._of(inputs).stretch]]
         first_clips = [
             next((n for n, action in enumerate(actions) if word.lower() in action), None)
@@ -97,7 +100,7 @@ class MotionsFigure(Figure):
         return list(dict.fromkeys(n for n in first_clips if n is not None)) or [0]
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Charts of every clip's error, with the paper's number: by camera on the page, by step in the picture."""
+        """Charts of every clip's error and the published error, by camera on the page and by step in the picture."""
         options, sweep = _options(inputs), self._of(inputs)
         table, steps = tables["table_clips"], tables["table_steps"]
         cameras = {str(name): Style(f"{name} camera", Camera(name).colour) for name in sweep.cameras}
@@ -143,7 +146,7 @@ class MotionsFigure(Figure):
         )
 
     def draw(self, inputs: Inputs, tables: Tables, picture: Picture) -> None:
-        """Draw the clip nearest to the medians from the first camera, by step; cameras from above; all errors."""
+        """Draw the clip with errors nearest to the medians, the cameras from above, and the errors of all clips."""
         sweep = self._of(inputs)
         first = tables["table_steps"].query("camera == @camera", local_dict={"camera": sweep.cameras[0]})
         by_step = first.pivot(index="clip", columns="step", values="error_mm").loc[
@@ -180,7 +183,10 @@ class MotionsFigure(Figure):
         picture.motion(scene, WALKER15.bones)
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Record every drawn clip from every camera: truth, reconstruction by confidence, image, trajectories."""
+        """Record the selected clips from every camera: truth, coloured reconstruction, image and trajectories.
+
+        The colour of a limb is the confidence of its reconstruction.
+        """
         sweep, options = self._of(inputs), _options(inputs)
         numbers, cameras = self.chosen(inputs), [str(camera) for camera in sweep.cameras]
         confidence = np.vectorize(confidence_of_mirror_margin, otypes=[str])(sweep.mirror_margin)
@@ -239,13 +245,13 @@ class MotionsFigure(Figure):
 
 
 def across(positions: np.ndarray, azimuth_rad: float) -> np.ndarray:
-    """Return positions (…, 3) as a far camera at an azimuth sees them: (…, 2) to the right and up, mm."""
+    """Project positions (…, 3), mm, orthographically along an azimuth; return (…, 2), mm, to the right and up."""
     right = -np.cos(azimuth_rad) * positions[..., 0] - np.sin(azimuth_rad) * positions[..., 1]
     return np.stack([right, positions[..., 2]], axis=-1)
 
 
 def _from_above(matrix: np.ndarray, image: np.ndarray, truth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the path (F, 2) of a camera (F, 3, 4) from above, mm, and the triangle (3, 2) of its image (F, J, 2), px.
+    """Return, seen from above, the path (F, 2), mm, of a camera and the triangle (3, 2), mm, of its field of view.
 
     The triangle begins at the middle of the path and ends beyond the truth (F, J, 3).
     """
@@ -261,7 +267,7 @@ def _from_above(matrix: np.ndarray, image: np.ndarray, truth: np.ndarray) -> tup
 
 
 def _better(steps: pd.DataFrame, camera: str) -> str:
-    """Return the number of clips whose error from a camera the last step reduces, of how many."""
+    """Return, as text, the number of clips that the last step improves and the number of all clips, for one camera."""
     by_step = steps[steps["camera"] == camera].pivot(index="clip", columns="step", values="error_mm")
     before, last = (by_step[step] for step in [step for step in STEPS if step in by_step][-2:])
     return f"{(last < before).sum()} of {len(by_step)}"
@@ -278,7 +284,7 @@ def _limbs_of(
     which: np.ndarray,
     colour: str,
 ) -> None:
-    """Record the limbs (14,) that `which` selects, if there are any."""
+    """Record the limbs that the mask `which` (14,) selects; record nothing if the mask is empty."""
     if not which.any():
         return
     bones = [(int(parent), int(child)) for parent, child in WALKER14.ends[which]]
@@ -289,7 +295,7 @@ def _limbs_of(
 
 
 def _trace(rec: Recording, entity: str, positions: np.ndarray, colour: str) -> None:
-    """Record whole trajectories of wrists and ankles as one row at the beginning, valid at all times."""
+    """Record the trajectories of wrists and ankles, logged once at the first time stamp and valid at all times."""
     frames = len(positions)
     points = np.concatenate([positions[:, WALKER15.index(joint)] for joint in TRACED])
     steps = [(k * frames + t, k * frames + t + 1) for k in range(len(TRACED)) for t in range(frames - 1)]

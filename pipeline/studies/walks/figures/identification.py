@@ -1,4 +1,4 @@
-"""Identification of people from reconstructions of different views: zhang2004 sections 4.3 and 5."""
+"""Identification of people from walks reconstructed from different views: zhang2004 sections 4.3 and 5."""
 
 from __future__ import annotations
 
@@ -19,13 +19,15 @@ Inputs = FigureInputs[FourierSamples, Eigenwalkers, KnownViewErrors]
 
 
 def missing_dimensions(sweep: KnownViewErrors) -> dict[str, np.ndarray]:
-    """Missing dimension by each method and by the average walker at the demonstration views, (R, V, 5, 15) each."""
+    """Missing dimension (R, V, 5, 15) at the demonstration views, by each method and by the average walker."""
     reconstructed = dict(zip(sweep.methods.tolist(), sweep.missing, strict=True))
     return {**reconstructed, AVERAGE_WALKER.name: sweep.average_walker}
 
 
 def identification_table(inputs: Inputs) -> pd.DataFrame:
-    """Identification for every pair of views: 1 if the nearest reconstruction from the other view is the same person's.
+    """Table of identification across pairs of views, with 1 for a walker who is identified.
+
+    A walker is identified if the nearest reconstruction from the other view belongs to the same person.
 
     Both views show the same walk; identification across different walks of a person is harder.
     """

@@ -1,4 +1,4 @@
-"""Error of approach II against sigma²: zhang2007 figure 3."""
+"""Error of approach II against the noise variance sigma²: zhang2007 figure 3."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ PUBLISHED = Reference(x="zhang2007_optimal_variance", label="published 70")
 
 
 class NoiseVariance(Figure):
-    """Error of approach II against sigma²."""
+    """Figure of the error of approach II against the noise variance sigma²."""
 
     model = EigenwalkersModel
     sweep = KnownView
@@ -36,7 +36,7 @@ class NoiseVariance(Figure):
     )
 
     def validate(self, experiment: Experiment) -> None:
-        """Validate the options against the sweep's.  Raises InvalidInput if approach II is not among its methods."""
+        """Raise InvalidInput if approach II is not among the methods of the sweep."""
         sweep = experiment.sweep
         if isinstance(sweep, KnownView) and MAP.name not in sweep.methods:
             raise InvalidInput(
@@ -47,7 +47,7 @@ class NoiseVariance(Figure):
             )
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table``: mean over walkers and views; ``table_views``: per view; ``table_people``: per walker.
+        """Return ``table``, means over walkers and views, ``table_views``, by view, and ``table_people``, by walker.
 
         ``table_paired``: error that each σ² adds to that of the best σ², walker by walker; ``table_nested``: error with
         the σ² that other people choose for each walker, and error of the average walker.
@@ -82,7 +82,7 @@ class NoiseVariance(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Charts against σ²: mean error with our and the published optimum, added error, and error of single views."""
+        """Charts of the error against σ²: mean with our and the published optimum, added error, single views."""
         table, views = tables["table"], inputs.sweep.view_angle_deg
         best = table["absolute_error_mm2"].to_numpy().argmin()
         best_sigma2 = table["sigma2_mm2"][best]
@@ -125,7 +125,7 @@ class NoiseVariance(Figure):
         return Sheet(charts=[mean, added, of_views], columns=3, panel_size=(2.5, 2.2), caption=caption)
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Record the curves over sigma², and the error of every view and sigma² with the best sigma² of each view."""
+        """Record the curves over sigma², and the error by view and sigma² with the best sigma² of each view."""
         views = inputs.sweep.map_errors.view_mm2
         valley = np.column_stack([np.arange(len(views)), views.argmin(axis=1)])
         with begin(timeline="sigma2_mm2") as rec:

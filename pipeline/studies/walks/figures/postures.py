@@ -1,4 +1,4 @@
-"""Original and reconstructed postures over one cycle: zhang2007 figure 4, zhang2004 figure 3."""
+"""Original and reconstructed postures over one gait cycle: zhang2007 figure 4, zhang2004 figure 3."""
 
 from __future__ import annotations
 
@@ -30,14 +30,17 @@ Inputs = FigureInputs[FourierSamples, Eigenwalkers, KnownViewErrors]
 
 
 def reconstructed(inputs: Inputs, method: int, walker: int, view: int) -> np.ndarray:
-    """Fourier representation (5, 15, 3) combined from the observed view and the missing dimension."""
+    """Return a reconstructed Fourier representation (5, 15, 3), mm.
+
+    It combines the observed view with the estimated missing dimension.
+    """
     truth = inputs.dataset.coefficients[walker]
     angle = np.radians(inputs.sweep.demonstration_view_deg[view])
     return camera.combine(camera.project(truth, angle), inputs.sweep.missing[method, walker, view], angle)
 
 
 class Postures(Figure):
-    """Postures over one cycle, original and reconstructed."""
+    """Figure of original and reconstructed postures over one gait cycle."""
 
     model = EigenwalkersModel
     sweep = KnownView
@@ -51,7 +54,7 @@ class Postures(Figure):
     recorded: Count = 24  # number of walkers in the recording, spread evenly; 80 would take 14 MB
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table``: joints of one walker at each instant; ``table_demonstrations``: every walker, every view.
+        """Return ``table``, joints of one walker over the cycle, and ``table_demonstrations``, errors of all walkers.
 
         ``table_identification``: identification of a walker from one view among all walkers from another.
         """
@@ -114,7 +117,7 @@ class Postures(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Chart of the RMS error of every walker from the middle view, for the page only."""
+        """Return a chart, for the page only, of the rms error of every walker from the middle view."""
         compared = methods.chosen(inputs.sweep.methods.tolist())
         views = inputs.sweep.demonstration_view_deg
         middle = views[len(views) // 2]
@@ -136,7 +139,7 @@ class Postures(Figure):
         )
 
     def draw(self, inputs: Inputs, tables: Tables, picture: Picture) -> None:
-        """Draw rows of postures along the observed axis, so that the missing dimension runs across the page."""
+        """Draw rows of postures seen along the observed axis, such that the missing dimension is horizontal."""
         columns = columns_of(tables["table"])
         compared = methods.chosen(inputs.sweep.methods.tolist())
         shape = (self.instants, len(WALKER15.joints))
@@ -167,7 +170,7 @@ class Postures(Figure):
         picture.postures(groups, WALKER15.bones)
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Record walkers, original and reconstructed from every demonstration view, walking in place."""
+        """Record original and reconstructed walkers, walking in place, for every demonstration view."""
         data, views = inputs.dataset, inputs.sweep.demonstration_view_deg
         compared = methods.chosen(inputs.sweep.methods.tolist())
         displayed = entity_name(inputs.samples[self.walker])

@@ -18,7 +18,7 @@ from pipeline.studies.study import Figure, NoResult, Recorder, Tables, Traits
 EIGENWALKERS_SHOWN = 3
 
 MIN_LEFT_PERCENT = 1e-3
-"""Lower end of the curve of remaining variance, per cent; only the last people of the training set are below."""
+"""Lower limit of the axis of remaining variance, per cent; only the last components have less."""
 
 PUBLISHED = {
     "zhang2004": Reference(
@@ -33,7 +33,7 @@ Inputs = FigureInputs[FourierSamples, Eigenwalkers, NoResult]
 
 
 class Spectrum(Figure):
-    """Cumulative variance and share of each harmonic."""
+    """Figure of the cumulative variance of the eigenwalkers and the share of each harmonic."""
 
     model = EigenwalkersModel
     traits = Traits(
@@ -43,7 +43,7 @@ class Spectrum(Figure):
     )
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table``: variance of each component; ``table_harmonics``: share of each harmonic per walker."""
+        """Return ``table``, variance by component, and ``table_harmonics``, share of each harmonic by walker."""
         model, data = inputs.model, inputs.dataset
         share = model.eigenvalues / model.total_variance
         return {
@@ -71,7 +71,7 @@ class Spectrum(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Chart of the variance that remains after a number of components."""
+        """Return a chart of the variance that is not explained, against the number of components."""
         count, table = inputs.model.kept, tables["table"]
         reached = 100 * table["cumulative_fraction"][count - 1]
         reference = Reference(x=float(count), label=f"{count}: {reached:.1f} %")
@@ -104,7 +104,7 @@ class Spectrum(Figure):
         return Sheet(charts=[chart], caption=f"Band: {inputs.banded}." * (len(left) > 1))
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Record the average walker and the first eigenwalkers, walking, next to the spectrum."""
+        """Record the average walker and the first eigenwalkers as walkers, next to the spectrum."""
         table, model = tables["table"], inputs.model
         frequency = inputs.dataset.frequency_hz.mean()
         times = np.arange(0, 1.0 / frequency, 1.0 / 60.0)
@@ -147,7 +147,7 @@ class Spectrum(Figure):
 
 
 def _ankle_phase(coefficients: np.ndarray) -> np.ndarray:
-    """Phase (R,) between the fundamentals of left and right ankle along the walk, in periods, 0 to 0.5."""
+    """Phase difference (R,) between the ankles' fundamentals along the walk, in periods from 0 to 0.5."""
     ankles = [WALKER15.index(f"{side}_ankle") for side in ("left", "right")]
     left, right = (coefficients[:, 2, ankle, 1] + 1j * coefficients[:, 1, ankle, 1] for ankle in ankles)
     return np.abs(np.angle(left * right.conj())) / (2.0 * np.pi)

@@ -1,4 +1,4 @@
-"""Errors and missing variance against view angle: zhang2007 figure 5, zhang2004 figure 4."""
+"""Reconstruction errors and missing variance against view angle: zhang2007 figure 5, zhang2004 figure 4."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ THIRTY_PERCENT = Reference(
 )
 
 _INSTANT = 0.25
-"""Fraction of the cycle in the recording, at which the left ankle is farthest ahead of the right."""
+"""Displayed fraction of the gait cycle, at which the left ankle is farthest in front of the right ankle."""
 
 
 RELATIVE = (0.01, 10.0)
-"""Ends of the logarithmic axis of relative errors."""
+"""Limits of the logarithmic axis of relative errors."""
 
 ERRORS = ["absolute_error_mm2", "relative_error"]
 _SD = {
@@ -49,7 +49,7 @@ Inputs = FigureInputs[FourierSamples, Eigenwalkers, KnownViewErrors]
 
 
 class ViewErrors(Figure):
-    """Errors and missing variance against view angle."""
+    """Figure of the reconstruction errors and the missing variance against view angle."""
 
     model = EigenwalkersModel
     sweep = KnownView
@@ -60,7 +60,7 @@ class ViewErrors(Figure):
     )
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table``, errors per method and view, and tables with more detail.
+        """Return ``table``, with errors by method and view, and tables with more detail.
 
         ``table_people``: the same for every walker; ``table_walkers``: per walker and method, mean over views;
         ``table_summary``: mean, median and worst walker; ``table_joints``: per joint; ``table_coefficients``: how often
@@ -106,7 +106,9 @@ class ViewErrors(Figure):
         return figure_tables
 
     def arrays(self, inputs: Inputs) -> dict[str, np.ndarray]:
-        """Return the samples of all walkers, from which the report computes every fold and reconstructs from any view.
+        """Return the samples of all walkers and their errors by joint.
+
+        From the samples, the report computes every fold and reconstructs walks from any view.
 
         Errors by walker, method or baseline, and joint are included: means over views (R, M, 15), NaN if not measured.
         """
@@ -125,7 +127,7 @@ class ViewErrors(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Charts of absolute error, relative error and variance of the missing dimension."""
+        """Charts of the absolute error, the relative error and the variance of the missing dimension."""
         names = inputs.sweep.methods.tolist()
         view = partial(Chart, **VIEW, zero=True)
         styles = methods.styles(names)
@@ -155,7 +157,7 @@ class ViewErrors(Figure):
         )
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Record the curves over view angle, and one walker, original and reconstructed, at the cursor's angle."""
+        """Record curves over view angle, and one walker, original and reconstructed, at the selected view angle."""
         sweep, data, model = inputs.sweep, inputs.dataset, inputs.model
         views, angles = np.rint(sweep.view_angle_deg).astype(int), np.radians(sweep.view_angle_deg)
         of_first = sweep.rows[sweep.rows["method"] == sweep.methods[0]]
@@ -202,7 +204,7 @@ SIDES_AT_RANDOM = "_sides_at_random"
 
 
 def over_walkers(rows: pd.DataFrame, by: list[str], columns: Mapping[str, tuple[str, Any]]) -> pd.DataFrame:
-    """Statistics over the rows of all walkers; means have intervals over people."""
+    """Return statistics over walkers for each group of rows; means have confidence intervals over people."""
     banded = [
         name
         for name, (column, how) in columns.items()
@@ -212,7 +214,9 @@ def over_walkers(rows: pd.DataFrame, by: list[str], columns: Mapping[str, tuple[
 
 
 def _sides_at_random(rows: pd.DataFrame, views: np.ndarray, seed: int) -> pd.DataFrame:
-    """Add curves over view angle with left and right exchanged for half of the people, symmetric except for chance.
+    """Add columns of errors in which left and right views are exchanged for a random half of the people.
+
+    Over view angle, these errors are symmetric except for chance.
 
     Nothing is added if the view angles are not symmetric.
     """
