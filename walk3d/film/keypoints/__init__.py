@@ -23,7 +23,7 @@ READERS = {
     ".jsonl": people_json.read,
     ".ndjson": people_json.read,
 }
-"""Reader of each file suffix, in lower case; folders have a reader of their own."""
+"""Reader of the files with each suffix, in lower case; folders are read by a separate function."""
 
 
 def read(path: str | Path) -> Detections:

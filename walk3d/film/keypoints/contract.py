@@ -1,4 +1,4 @@
-"""Keypoints as every reader returns them."""
+"""Keypoints in the form that all readers return."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from pipeline.validation import harmless
 
 MAX_PX = 1e6
 MAX_REPEATED_SHARE = 0.05
-"""Share of rows whose time equals that of the previous row, up to which these times are ignored as mistakes."""
+"""Maximum share of rows with the same time as the previous row for which such times are ignored as mistakes."""
 MAX_FRAMES = 10_000_000
 MAX_PAIRS = 20_000_000
 """Maximum number of pairs of people that tracking compares within frames, summed over all frames."""
 
 MAX_PEOPLE = 30
-"""Maximum number of people in a frame; if the file has more frames than this, their number is the limit.
+"""Maximum number of people in a frame; a larger number is accepted if the file has at least as many frames.
 
 Some files list all frames of one person in a single frame.
 """
@@ -40,7 +40,7 @@ The distance is relative to the root mean square distance of the person's points
 
 @shortened
 class Detections:
-    """2D keypoints of one video as the file contains them, with any number of people in each frame.
+    """2D keypoints of one video as in its file, with any number of people in each frame.
 
     Attributes
     ----------

@@ -74,7 +74,9 @@ def numbers(values: Any, where: str, columns: int = 3) -> np.ndarray:
 
 
 def identity_of(value: Any) -> str:
-    """Return an identity as a string: the first member of a list, or an empty string if it is negative or missing.
+    """Return an identity as a string; of a list, the first member.
+
+    The string is empty if the identity is negative or missing.
 
     Examples
     --------
@@ -238,7 +240,7 @@ Then the numbers per point for lengths of lists that are not 3 per point, and ke
 
 
 def _first(item: Any, keys: Iterable[str]) -> Any:
-    """Return an object's value for the first of the keys that it has, or None if it has none of them."""
+    """Return an object's value for the first key that the object contains, or None if no key matches."""
     return next((item[key] for key in keys if key in item), None) if _has(item) else None
 
 

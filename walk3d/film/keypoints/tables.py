@@ -40,7 +40,7 @@ _KINDS = {2: "xy", 3: "xyc", 4: "xyzc"}
 _SOMEBODY = re.compile(
     r"^(?:.*?\d|(?!left|right|filt|smooth|(?:[lr]|raw)[ _.:-])[^\W\d_]+)[ _.:-]+(?=\D)", re.IGNORECASE
 )
-"""Prefix of a column name that names a person: it ends with a digit, or it does not mean a side of the body."""
+"""Prefix of a column name that identifies a person; it ends with a digit, or is not a side of the body."""
 
 
 def read_csv(path: Path) -> Detections:

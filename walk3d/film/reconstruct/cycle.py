@@ -59,7 +59,7 @@ _MEASURES = {
     "s": ("s", 0.0, 1.0, 3), "share": ("% of cycle", 0.0, 100.0, 1), "rest": ("% of cycle", 100.0, -100.0, 1),
     "angle": ("°", 0.0, 180.0 / np.pi, 1), "length": ("% of stature", 0.0, 100.0 * HEIGHT_SHARE / HEIGHT_MM, 1),
 }  # fmt: skip
-"""Unit, offset, factor and number of decimals of each measure; the lengths apply if no stature is given."""
+"""Unit, offset, factor and number of decimals of each measure; lengths are per cent of an unknown stature."""
 
 
 def _average_cycle(prior: Prior) -> tuple[GaitCycle, np.ndarray]:
@@ -126,7 +126,7 @@ def events(walk: Walk, stretch: Stretch) -> dict[str, dict[str, list[float]]]:
 
 
 def curves(walk: Walk, reconstruction: Reconstruction) -> dict[str, np.ndarray]:
-    """Return the joint angles of both sides over the gait cycle, degrees; each cycle begins with contact of that foot.
+    """Return the joint angles of both sides over the gait cycle, degrees; each side's cycle begins with foot contact.
 
     Returns
     -------

@@ -12,7 +12,7 @@ USUAL_SIZES = tuple(
     for width, height in ((640, 480), (854, 480), (1280, 720), (1920, 1080), (2560, 1440), (3840, 2160))
     for size in ((width, height), (height, width))
 )
-"""Common sizes of videos, smallest first; one of them is assumed if the file does not state the image size."""
+"""Common sizes of videos, smallest first; a common size is assumed if the file does not state the image size."""
 
 MAX_OUTSIDE_SHARE = 0.1
 """Share of keypoints more than 6 % outside the image up to which the image size is accepted without a check.

@@ -1,4 +1,4 @@
-"""Layouts of keypoints (``conf/keypoints/*.yaml``): the joint that each point belongs to, and offsets from joints.
+"""Layouts of keypoints (``conf/keypoints/*.yaml``): the joint of each point, and the offset from this joint.
 
 A layout is recognised by the names in the file, or by the number of points.  Layouts with the same number are
 distinguished by the positions of their points in the image.
@@ -22,7 +22,7 @@ from walk3d.film.keypoints import Detections
 from walk3d.film.walk import Detector
 
 PREFIX_POINTS = {23: 17, 75: 33, 133: 17, 136: 26, 308: 70, 501: 33, 543: 33}
-"""Number of points in layouts with feet, hands or face, and the number of their first points that are used."""
+"""Number of points in layouts with feet, hands or face, and number of points, from the first, that are used."""
 COMPLETED_POINTS = {29: 33, 31: 33}
 """Number of points in MediaPipe files that lack toes or heels, and the number of points in the full layout."""
 MIN_NUMBERED_NAMES = 12
@@ -231,7 +231,7 @@ def recognise(source: Detections, layout_name: str = "") -> tuple[Layout, np.nda
 def _by_names(
     source: Detections, layouts_by_name: Mapping[str, Layout], layout_name: str
 ) -> tuple[Layout, np.ndarray, str]:
-    """Return the layout whose point names match those in the file, with the same results as `recognise`."""
+    """Return the layout with the same point names as the file, in the form that `recognise` returns."""
     sided = [name for name in source.names if canonical(name).startswith(("left_", "right_"))]
     differing = (k for k, letters in enumerate(zip(*sided, strict=False)) if len(set(letters)) > 1)
     before = "".join(sided[:1])[: next(differing, 0)]  # anna:, PoseLandmark.

@@ -54,7 +54,7 @@ def in_walkers_axes(reconstruction: Reconstruction) -> np.ndarray:
 
 
 def usable_stretches(walk: Walk) -> list[Stretch]:
-    """Return the stretches that are or may be a walk: the best stretch first, then the others by length."""
+    """Return the stretches that are or may be a walk: first the best stretch, then the remaining ones by length."""
     usable = [s for s in walk.stretches if s.walks]
     return sorted(usable, key=lambda s: s is not walk.best)
 

@@ -38,7 +38,7 @@ SECOND_SIDE_DEG = 10.0
 TURNED_DEG = 20.0
 """Change of heading over a stretch, degrees, above which the path is reported as bent."""
 SINGLE_STRIDE = 1.2
-"""Number of strides below which times and left-right differences are reported as those of a single stride."""
+"""Number of strides below which times and left-right differences are reported to depend on a single stride."""
 OFF_MIDDLE_DEG = 12.0
 """Angle between walker and image centre, degrees, above which an unknown focal length is mentioned."""
 LEAN_DEG = 9.0
@@ -78,7 +78,7 @@ def units(walk: Walk) -> str:
 
 
 def observed(reconstruction: Reconstruction) -> np.ndarray:
-    """Return the mask (15,) of joints that were detected in at least one frame; the others are only estimated."""
+    """Return the mask (15,) of joints that were detected in at least one frame; all other joints are only estimated."""
     return np.asarray((reconstruction.keypoints.weights > 0).any(axis=0))
 
 

@@ -20,7 +20,7 @@ OVERLAY = "overlay.mp4"
 
 
 def is_video(options: Input) -> bool:
-    """Return True if the suffix of the input is that of a film."""
+    """Return True if the input has the suffix of a film."""
     return Path(options.path).suffix.lower() in SUFFIXES
 
 

@@ -59,7 +59,7 @@ class Frames:
 
 @dataclass(frozen=True)
 class Cycle:
-    """Gait cycle as the page shows it.
+    """Gait cycle on the page: curves, stance and gait-cycle numbers.
 
     Attributes
     ----------

@@ -30,7 +30,7 @@ PAGE = "walk.html"
 
 
 class Output(Options):
-    """Options of the output: its folder and the files to write."""
+    """Options of the output: the folder, and the files to write."""
 
     path: str = ""  # folder of the output; empty: results/reconstructed/<its folder>_<its name>
     formats: list[Format] = [Format.c3d, Format.trc, Format.bvh, Format.csv]  # file formats of the 3D walk

@@ -55,7 +55,7 @@ class DetectorError:
 
 @dataclass(frozen=True, kw_only=True)
 class Filming:
-    """Camera, and path of the walker in front of it.
+    """Camera, and path of the walker in front of the camera.
 
     Attributes
     ----------

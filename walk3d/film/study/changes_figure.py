@@ -76,7 +76,10 @@ class KeypointChangesFigure(KeypointFigure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Draw the errors that each condition adds to the usual ones, the error of the view, and shares of clips."""
+        """Draw the added errors of each condition, the error of the view, and shares of clips.
+
+        Added errors are relative to the usual condition.
+        """
         options = cast(KeypointChanges, inputs.experiment.sweep)
         words = _words([options.conditions[n] for n in tables["table_views"]["condition"].tolist()])
         condition = partial(Chart, x="condition", abscissa=Axis(words=words))

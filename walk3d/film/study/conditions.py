@@ -1,4 +1,4 @@
-"""Conditions under which a clip is simulated or reconstructed; each differs in one respect from the usual condition.
+"""Conditions under which a clip is simulated or reconstructed; each condition changes one thing.
 
 Degradations make the film worse: errors of the detector; length, rate, distance and height of filming.  The ablation
 leaves out an ingredient of the reconstruction, joints, correct labels, or people like the walker.

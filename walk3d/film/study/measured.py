@@ -175,7 +175,10 @@ class FilmedClips(Sweep):
         )
 
     def left_out_with(self, dataset: FilmedWalkers) -> list[str]:
-        """Return a label for each person; error bars are calibrated without the clips that have the same label."""
+        """Return a label for each person.
+
+        The error bars of a clip are calibrated without all clips that have the same label.
+        """
         return dataset.people
 
     def _model(self, case: Case, inputs: Inputs) -> int:
@@ -198,7 +201,7 @@ class FilmedClips(Sweep):
         )
 
     def _shown(self, case: Case, calibration: Calibration, inputs: Inputs) -> dict[str, Any]:
-        """Return the arrays of one clip that the recording shows."""
+        """Return the arrays of the clip that the recording shows."""
         condition = self.conditions[case.condition]
         simulated = self._filmed(case, inputs)
         prior = inputs.model.prior(self._model(case, inputs), condition.knowledge)
@@ -219,7 +222,7 @@ class FilmedClips(Sweep):
 
 
 def calibrations_by_person(person: np.ndarray, measured: list[ClipErrors]) -> dict[str, Calibration]:
-    """Return the multipliers of error bars by label, learnt from the clips with any other label.
+    """Return the multipliers of error bars for each label, learnt from all clips with different labels.
 
     A label is a person or a laboratory.
     """

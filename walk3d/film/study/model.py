@@ -1,4 +1,4 @@
-"""Models of walkers, each learnt without one group of people or one source, to reconstruct walks of these people."""
+"""Models of walkers; each is learnt without the people whose walks it reconstructs."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class KeypointWalkers:
 
 
 def with_harmonics(model: WalkerModel, harmonics: int) -> WalkerModel:
-    """Return the model with all harmonics above this one set to zero."""
+    """Return the model with all harmonics above `harmonics` set to zero."""
     present = np.arange(BLOCKS) < 1 + 2 * harmonics
     every = np.tile(present, JOINTS * 3)
     covariance = np.where(np.outer(every, every), model.covariance, 0.0)

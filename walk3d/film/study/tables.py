@@ -13,7 +13,7 @@ from walk3d.film.walk.cycle import EVENTS
 TURNED_DEG = 30.0
 """Error of the view, degrees, above which the view counts as mistaken for a different view."""
 WRONG_CADENCE_PERCENT = 15.0
-"""Error of the cadence, per cent, above which the cadence counts as that of a different harmonic."""
+"""Error of the cadence, per cent, above which the cadence belongs to a different harmonic."""
 
 
 def errors_by(people: pd.DataFrame, by: list[str]) -> pd.DataFrame:

@@ -90,7 +90,7 @@ def copy(earlier: Path, folder: Path) -> None:
 
 
 def resampled_hz(folder: Path) -> float:
-    """Return the frame rate, Hz, to which a video with non-uniform time stamps was resampled, or 0 if it was not."""
+    """Return the frame rate, Hz, to which a video with non-uniform time stamps was resampled; 0 without resampling."""
     about = _about(folder)
     return float(str(about["frame_rate_hz"])) if about.get("uneven") else 0.0
 

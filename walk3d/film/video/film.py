@@ -19,7 +19,7 @@ DETECT_EVERY = 15
 """Number of frames between two searches for people who are not yet tracked."""
 MAX_PEOPLE = 4
 SAME_PERSON_SHARE = 0.25
-"""Distance between the centres of two squares below which both belong to one person.
+"""Distance between the centres of two squares below which both squares belong to the same person.
 
 It is relative to the side of the larger square.
 """

@@ -27,7 +27,7 @@ GRIDS = ((28, 2), (14, 2), (7, 6))
 """Number of cells along each side of a grid, and number of anchors per cell, for each of three grids."""
 MIN_SCORE = 0.5
 OVERLAP = 0.3
-"""Intersection over union of two boxes from which their detections count as one person."""
+"""Intersection over union of two boxes above which both detections belong to the same person."""
 MARGIN = 1.25
 LANDMARKS = 33
 AUXILIARY = (33, 34)

@@ -32,7 +32,7 @@ The first combination within `MAX_KEY_CHARACTERS` is used.
 
 
 def thinned(numbers: Sequence[int] | np.ndarray, most: int) -> np.ndarray:
-    """Return every k-th of the numbers, with the smallest k that leaves at most `most` of them.
+    """Return every k-th number, with the smallest k that leaves `most` numbers or fewer.
 
     Examples
     --------
@@ -43,7 +43,7 @@ def thinned(numbers: Sequence[int] | np.ndarray, most: int) -> np.ndarray:
 
 
 def small_pictures(frames: Iterable[tuple[int, np.ndarray]], numbers: np.ndarray) -> dict[int, np.ndarray]:
-    """Return reduced BGR images (h, w, 3) of the given frames of a film, by frame index; their sides are even.
+    """Return reduced BGR images (h, w, 3) of the given frames of a film, by frame index; height and width are even.
 
     Parameters
     ----------

@@ -33,9 +33,9 @@ CYCLE_KIND_OF = np.array([
     CYCLE_KINDS.index(f"{kind}_{side}" if side == "difference" else kind) for kind, side in NUMBERS
 ])  # fmt: skip
 VIEW_EXTRA_RAD = np.radians(2.5)
-"""Standard deviation, rad, added in quadrature to that of the heading: people walk a few degrees crabwise."""
+"""Standard deviation, rad, added in quadrature to the heading's, since people walk a few degrees crabwise."""
 CADENCE_EXTRA = 0.005
-"""Relative standard deviation, added in quadrature to that of the cadence."""
+"""Relative standard deviation, added in quadrature to the relative standard deviation of the cadence."""
 AS_OURS, ANYBODY = "measured_as_ours", "anybody"
 """Kinds of error bars.
 
@@ -67,7 +67,7 @@ class Calibration:
 
 @dataclass(frozen=True)
 class StandardErrors:
-    """Errors of one clip, divided by their standard deviations.
+    """Errors of one clip, divided by the standard deviations of the posterior.
 
     Attributes
     ----------

@@ -58,7 +58,7 @@ def joint_errors(reconstruction: Reconstruction, truth_mm: np.ndarray) -> np.nda
 def event_errors(
     reconstruction: Reconstruction, truth_mm: np.ndarray, heading_rad: float
 ) -> list[np.ndarray]:
-    """Return the errors of contact and of toe-off times, each (n, 2): in seconds and in standard deviations.
+    """Return the errors of contact times and of toe-off times, each (n, 2): in seconds, and in standard deviations.
 
     Each true event, from a spline through the recorded ankles, is compared with the nearest estimate.  Both feet are
     pooled.

@@ -87,7 +87,7 @@ class Stretch:
 
     @property
     def fitted(self) -> Reconstruction:
-        """Reconstruction of a stretch that is or may be a walk; it must exist."""
+        """Reconstruction of the stretch; it exists if the stretch is or may be a walk."""
         assert self.reconstruction is not None
         return self.reconstruction
 

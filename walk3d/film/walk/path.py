@@ -1,4 +1,4 @@
-"""Distance and path of a walker in closed form, and the walk about the trunk that remains without them.
+"""Distance and path of a walker in closed form, and the walk about the trunk after their removal.
 
 Symbols
 -------
@@ -32,7 +32,7 @@ def often_seen(weights: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Path:
-    """Distance and path of a walker, and the walk that remains in the image without them.
+    """Distance and path of a walker, and the walk in the image after their removal.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class Path:
 
 
 def median_of_seen(values: np.ndarray, visible: np.ndarray) -> np.ndarray:
-    """Return the medians (…) of the visible values (…, n) over the last axis; each needs one visible value or more."""
+    """Return the medians (…) of the visible values (…, n) over the last axis; each median needs a visible value."""
     ordered = np.sort(np.where(visible, values, np.inf))
     count = np.broadcast_to(visible, values.shape).sum(axis=-1, keepdims=True)
     middle = [np.take_along_axis(ordered, at // 2, axis=-1)[..., 0] for at in (count - 1, count)]

@@ -30,7 +30,7 @@ from walk3d.film.walk.training import BLOCKS, SIZE
 from walk3d.film.walk.view import level_axes
 
 ANGLE_FLOOR_RAD = np.radians(2.0)
-"""Standard deviation, rad, that is added in quadrature to that of each joint angle."""
+"""Standard deviation, rad, that is added in quadrature to the standard deviation of each joint angle."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class Posterior:
 
 
 def _spread(matrix: np.ndarray, onto: np.ndarray) -> np.ndarray:
-    """Return ``onto^T M^-1 onto`` for a Gauss-Newton matrix M, of which only the lower triangle is given."""
+    """Return ``onto^T M^-1 onto`` for a Gauss-Newton matrix M that is given as its lower triangle."""
     factor, failed = lapack.dpotrf(matrix, lower=1)
     if failed:
         return onto.T @ np.linalg.pinv(np.tril(matrix) + np.tril(matrix, -1).T, hermitian=True) @ onto

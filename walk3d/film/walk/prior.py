@@ -1,4 +1,4 @@
-"""Prior of the walker as a detector sees it: model, detector's bias, and results that many clips share.
+"""Prior of the walker as a detector sees the walker: model, detector's bias, and results that many clips share.
 
 Symbols
 -------
@@ -89,7 +89,7 @@ class Grid:
 
 @dataclass(frozen=True)
 class Prior:
-    """Prior of the walker as one detector sees it.
+    """Prior of the walker as one detector sees the walker.
 
     Attributes
     ----------

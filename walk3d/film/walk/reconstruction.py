@@ -34,7 +34,7 @@ _LEGS = [*LEFT_LEG[1:], *RIGHT_LEG[1:]]
 DUPLICATE_TOLERANCE = (np.radians(4.0), np.radians(8.0), 0.015)
 """Differences in heading, phase and relative frequency below which two candidates count as the same."""
 OUTLIER = 5.0
-"""Residual of a keypoint, in multiples of sigma, at which it is clamped in the summary of the residuals."""
+"""Residual of a keypoint, in multiples of sigma, at which the residual is clamped before averaging."""
 FOLLOWED_RESIDUAL = 1.3
 """Residual, per cent of the walker's height, above which a wandering path is tried."""
 FOLLOWED_GAIN = 0.8
@@ -59,7 +59,7 @@ Such a clip is not refined.
 COSINES_PER_STRIDE = 0.8
 """Number of cosines of a wandering path per stride of the clip; the fastest cosine has a period of 2.5 strides."""
 PRUNING_ROUNDS = ((1, 800.0), (1, 1500.0), (1, 1500.0), (2, 400.0), (3, 200.0))
-"""Rounds of pruning: number of steps of each start, then the cost gap to the best start above which it is dropped.
+"""Rounds of pruning: number of steps of each start, then the cost gap to the best start above which a start is dropped.
 
 In our tests, the best start was never dropped.
 """
@@ -347,7 +347,7 @@ class _Attempt(NamedTuple):
 
 
 def _costs(attempts: Sequence[_Attempt]) -> np.ndarray:
-    """Return the costs of all attempts under the same noise, that of the attempt with the smallest residual."""
+    """Return the costs of all attempts under the same noise, estimated by the attempt with the smallest residual."""
     refined = [attempt.refinement for attempt in attempts]
     noise = min((attempt.noise for attempt in refined), key=lambda noise: noise.sigma_px)
     return np.array([attempt.cost(noise) for attempt in refined])
@@ -397,7 +397,7 @@ def _best_of(attempts: Sequence[_Attempt]) -> tuple[_Attempt, list[Candidate]]:
 
 
 def find_shake(best: _Attempt) -> np.ndarray:
-    """Return the camera's shake (T, 2), px: the residual common to all joints of a frame, or zeros if it is small."""
+    """Return the camera's shake (T, 2), px, from the residual common to all joints of a frame; zeros if it is small."""
     fit, used = best.refinement.fit(), best.refinement.used
     shake = np.zeros((len(used.pixels), 2))
     for turn in range(SHAKE_ROUNDS):

@@ -40,7 +40,7 @@ from walk3d.film.walk.training import SIZE
 
 MAX_STEPS = 12
 MAX_FOCAL_STEPS = 24
-"""Maximum number of steps if the focal length is unknown, since it is correlated with distance and pitch."""
+"""Maximum number of steps with an unknown focal length, which is correlated with distance and pitch."""
 MIN_STEPS = 7
 MAX_HALVINGS = 6
 COST_TOLERANCE = 0.05
@@ -94,7 +94,7 @@ class Fit:
 
 
 def estimate_noise(residual: np.ndarray, visible: np.ndarray, later: int) -> Noise:
-    """Estimate the noise from the residuals (2, 15, T) of visible joints (15, T): their scale and repetition.
+    """Estimate the noise, as scale and repetition of errors, from the residuals (2, 15, T) of visible joints (15, T).
 
     kappa is (1 + rho) / (1 - rho) times `later`.  rho is the pooled correlation of residuals that are `later` frames
     apart.
@@ -133,7 +133,7 @@ def trunk_of(keypoints: Keypoints) -> list[int]:
 
 
 def _solve(current: Quadratic, again: Callable[[], Quadratic]) -> np.ndarray:
-    """Return the solution of the Gauss-Newton equations; their matrix is overwritten."""
+    """Return the solution of the Gauss-Newton equations; the matrix of the equations is overwritten."""
     _, solution, failed = lapack.dposv(current.matrix, current.gradient, lower=1, overwrite_a=1)
     if failed:  # unknowns that nothing determines, from an ill-conditioned start
         matrix = again().matrix

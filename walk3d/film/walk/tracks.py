@@ -57,7 +57,7 @@ class Track:
 
 
 def _joint_distance(detection: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Return the median distances (M,), px, between the joints (15, 2) of one detection and those of M others.
+    """Return the median distances (M,), px, of the joints (15, 2) in one detection from those in M other detections.
 
     The distance is infinite if two detections share fewer than three joints.
     """
@@ -235,7 +235,7 @@ def moving_parts(pixels: np.ndarray, frame_rate_hz: float) -> list[tuple[int, in
 
 
 def _runs(flags: np.ndarray) -> list[tuple[int, int]]:
-    """Return the runs of true values: the first index of each run, and the index after its last."""
+    """Return the runs of true values as pairs: first index of the run, and index after the end of the run."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(int), [0]])))
     return [(int(start), int(stop)) for start, stop in edges.reshape(-1, 2)]
 
@@ -292,7 +292,7 @@ def straight_stretches(
 
 
 def _ground_path(pixels: np.ndarray, heights_mm: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the body's image column (T,), its distance over focal length (T,), mm per pixel, and a mask (T,).
+    """Return the body's image column (T,), the distance over focal length (T,), mm per pixel, and a mask (T,).
 
     The mask marks the frames in which both were measured; other frames are interpolated.
     """

@@ -183,7 +183,7 @@ def moments(walks: Sequence[TrainingWalk], people: np.ndarray) -> Moments:
 
 
 def model_of(sample: Moments) -> WalkerModel:
-    """Return the model of walkers that has these statistics."""
+    """Return the model of walkers with the given sample statistics."""
     rows, _ = anatomical.stance_rows(sample.mean)
     return WalkerModel(
         **sample.counted,

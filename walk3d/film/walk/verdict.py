@@ -21,7 +21,7 @@ from walk3d.film.walk.sagittal_angles import ANGLES
 from walk3d.film.walk.training import BLOCKS, HEIGHT_MM
 
 MAX_RESIDUAL = 1.65
-"""Maximum residual of a walk, per cent of the walker's height in the image; 1 % of walks exceed it."""
+"""Maximum residual of a walk, per cent of the walker's height in the image; 1 % of walks have a larger residual."""
 DOUBTFUL_RESIDUAL = 1.3
 MAX_DISTANCE = 2.6
 """Maximum squared Mahalanobis distance of a walk's image from the population's images, per coefficient."""
