@@ -1,4 +1,4 @@
-"""The command `reconstruct`."""
+"""The `reconstruct` command."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from walk3d.film.reconstruct import words
 from walk3d.film.reconstruct.writing import Reconstruct, run
 
 FAIL = "--fail-if-not-a-walk"
-"""Argument for an exit status of 1 if the clip is not a walk."""
+"""Command-line argument that makes the exit status 1 if the clip is not a walk."""
 
 
 def _progress(done: int, every: int) -> None:
-    """Show the number of processed frames of a film on a terminal."""
+    """Show the number of processed video frames on a terminal."""
     if sys.stderr.isatty() and (done % 10 == 0 or done == every):
         end = "\n" if done == every else ""
         print(f"\r  keypoints: frame {done} of {every or 'many'}", end=end, file=sys.stderr, flush=True)
 
 
 def reconstruct(arguments: Sequence[str]) -> int:
-    """Reconstruct a walk from keypoints or film: reconstruct FILE_OR_FOLDER [OPTION=VALUE ...].
+    """Reconstruct a walk from keypoints or a film: reconstruct FILE_OR_FOLDER [OPTION=VALUE ...].
 
     The exit status is 0 also if the clip is not a walk, unless --fail-if-not-a-walk asks for 1.
 

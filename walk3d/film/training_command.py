@@ -1,4 +1,4 @@
-"""The command `model`."""
+"""The `model` command."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class _Named(Options):
 
 
 def train_model(arguments: Sequence[str]) -> int:
-    """Train the model of walkers from a data set and write it with its manifest.
+    """Train the model of walkers on a data set, and write the model with its manifest.
 
     If the data have at most twice as many people as eigenwalkers, the shipped model is calibrated instead.
     """

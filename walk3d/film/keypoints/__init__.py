@@ -1,4 +1,4 @@
-"""Readers of 2D keypoints of people: OpenPose, AlphaPose, MMPose, RTMLib, MediaPipe, Sports2D, CSV, numpy.
+"""Readers of 2D keypoints of people: OpenPose, AlphaPose, MMPose, RTMLib, MediaPipe, Sports2D, CSV, NumPy.
 
 `read` takes a file or a folder and returns `Detections`: points as the file numbers or names them, of all people in all
 frames.  The caller decides which joints they are, and who walks.
@@ -23,11 +23,11 @@ READERS = {
     ".jsonl": people_json.read,
     ".ndjson": people_json.read,
 }
-"""Reader of each suffix, lower case; folders are read as OpenPose's."""
+"""Reader of the files with each suffix, in lower case; folders are read by a separate function."""
 
 
 def read(path: str | Path) -> Detections:
-    """Read keypoints by the suffix of the file, or a folder of OpenPose's files or of one table.
+    """Read keypoints from a file, by its suffix, or from a folder that contains OpenPose files or a single table.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Result of every reader of keypoints."""
+"""Keypoints in the form that all readers return."""
 
 from __future__ import annotations
 
@@ -17,24 +17,30 @@ from pipeline.validation import harmless
 
 MAX_PX = 1e6
 MAX_REPEATED_SHARE = 0.05
-"""Largest share of rows that repeat the time of the row before, in which these times count as mistakes."""
+"""Maximum share of rows with the same time as the previous row for which such times are ignored as mistakes."""
 MAX_FRAMES = 10_000_000
 MAX_PAIRS = 20_000_000
-"""Largest number of pairs of people within frames, summed over frames, that are compared to follow people."""
+"""Maximum number of pairs of people that tracking compares within frames, summed over all frames."""
 
 MAX_PEOPLE = 30
-"""Largest number of people in a frame, unless there are more frames: all frames of one person in one, say."""
+"""Maximum number of people in a frame; a larger number is accepted if the file has at least as many frames.
+
+Some files list all frames of one person in a single frame.
+"""
 
 MAX_DEPTH_SHARE, DEPTH = 0.2, 101.0
-"""Share of third numbers outside 0 to 100 %, above which they are depths; and a number that stands for a depth."""
+"""Share of third values outside 0 to 100 % above which they are depths, and the value that stands for a depth."""
 IN_3D = "If the points are in 3D, they are not keypoints of a film: see `inspect`."
 PLACEHOLDER_DISTANCE = 2.2
-"""Smallest distance of a placeholder from the mean of a person's points, over their root mean square distance."""
+"""Distance from the mean of a person's points above which a value may be a placeholder.
+
+The distance is relative to the root mean square distance of the person's points from their mean.
+"""
 
 
 @shortened
 class Detections:
-    """2D keypoints of one video as in its file: any number of people in any frame.
+    """2D keypoints of one video as in its file, with any number of people in each frame.
 
     Attributes
     ----------
@@ -73,7 +79,7 @@ class Detections:
 
 
 def _require_few_people(people: np.ndarray, where: str) -> None:
-    """Require numbers of people by frame (T,) that tracking can handle."""
+    """Raise InvalidInput if the numbers of people in each frame (T,) are too large for tracking."""
     if (pairs := int(people @ people)) > MAX_PAIRS or people.max() > max(len(people), MAX_PEOPLE):
         raise damaged(
             "too many people to be tracked",
@@ -96,7 +102,7 @@ def detections(
     image_size: tuple[int, int] = (0, 0),
     notes: Sequence[str] = (),
 ) -> Detections:
-    """Build the result of a reader.
+    """Check the detections that a reader collected, and return them with missing points as NaN.
 
     Parameters
     ----------
@@ -190,7 +196,9 @@ def detections(
 
 
 def timed(table: Rows, column: int, frames: np.ndarray | None, rate: float) -> tuple[np.ndarray, float]:
-    """Return the frames of rows by their times, not whole if the times are uneven, and the frames per second.
+    """Return the frame of each row from the time stamps in a column, and the frame rate, Hz.
+
+    Frames are not whole numbers if the time stamps are non-uniform.
 
     Parameters
     ----------
@@ -235,7 +243,7 @@ def timed(table: Rows, column: int, frames: np.ndarray | None, rate: float) -> t
 
 
 def _leave_out_placeholders(points: np.ndarray) -> list[str]:
-    """Set placeholders among points (N, K, 2) to NaN, in place, and return notes on them."""
+    """Set placeholder values in the points (N, K, 2) to NaN, in place, and return notes about them."""
     at = points[..., 0] == points[..., 1]
     numbers, which, count = np.unique(points[at][:, 0], return_inverse=True, return_counts=True)
     at[at] = (count > 1)[which]

@@ -1,4 +1,4 @@
-"""Keypoints as JSON: a folder with a file per frame (OpenPose, OpenPifPaf, EasyMocap), or one file (AlphaPose, …).
+"""Keypoints as JSON: one file per frame in a folder (OpenPose, OpenPifPaf, EasyMocap), or one file (AlphaPose, …).
 
 A file contains frames, a frame people, a person points, under any keys; points are flat numbers, lists or objects.
 Files of a folder may also be lines of text, as YOLO writes pose labels.
@@ -23,7 +23,9 @@ from walk3d.film.keypoints.contract import DEPTH, MAX_PEOPLE, MEDIAPIPE, Detecti
 
 
 def load(path: Path) -> Any:
-    """Return the content of a JSON file; JSON lines become a list, or frames of the settings in the first line.
+    """Return the content of a JSON file, or of a file with one JSON value per line.
+
+    The lines become a list.  If the first line contains settings, the lines after it become its frames.
 
     Raises
     ------
@@ -72,7 +74,9 @@ def numbers(values: Any, where: str, columns: int = 3) -> np.ndarray:
 
 
 def identity_of(value: Any) -> str:
-    """Return an identity as text: the first member of a list; empty if negative or missing.
+    """Return an identity as a string; of a list, the first member.
+
+    The string is empty if the identity is negative or missing.
 
     Examples
     --------
@@ -89,12 +93,14 @@ def identity_of(value: Any) -> str:
 
 
 def _has(item: Any, *keys: str) -> bool:
-    """Return whether a value is an object with these keys."""
+    """Return True if a value is an object that has all the given keys."""
     return isinstance(item, dict) and set(keys) <= set(item)
 
 
 def frames_by_name(names: Iterable[str]) -> tuple[dict[str, int], list[str]]:
-    """Return the frame of each file or image from 0, by the last number that differs between all names, and notes.
+    """Return the frame, from 0, of each file or image name, and notes.
+
+    The frame is the last number in the names that differs between all names.
 
     Examples of names: ``walk_000012_keypoints.json``, ``12_keypoints_25.json``.
     """
@@ -109,7 +115,7 @@ def frames_by_name(names: Iterable[str]) -> tuple[dict[str, int], list[str]]:
 
 
 def read_folder(path: Path) -> Detections:
-    """Read a folder with a file per frame, numbered by their names, or the one file in it."""
+    """Read a folder with one file per frame, whose names contain the frame number, or with a single file."""
     files = sorted(path.glob("[!.]*.json"))
     labels = sorted(path.glob("*[0-9].txt"))
     if labels and not any(map(holds_keypoints, files)):
@@ -145,7 +151,10 @@ def read_folder(path: Path) -> Detections:
 
 
 def _labelled(path: Path) -> list[dict[str, Any]]:
-    """Return the people in a file of YOLO's labels: class, box, 17 points in shares of the image, score, identity."""
+    """Return the people in a YOLO label file.
+
+    Each line has class, box, 17 points as shares of the image size, score and identity.
+    """
     people = []
     for line, words in enumerate(read_text(path)[0].splitlines(), 1):
         values = np.array(list(map(number, words.split())))[5:]
@@ -165,13 +174,13 @@ def _labelled(path: Path) -> list[dict[str, Any]]:
 
 
 def holds_keypoints(path: Path) -> bool:
-    """Return whether a JSON file contains keypoints, not only the settings of a table next to it."""
+    """Return True if a JSON file contains keypoints, and not only the settings of a table in the same folder."""
     content = load(path)
     return bool(_frames(content, path.name)) or _is_frame(content)
 
 
 def read(path: Path) -> Detections:
-    """Read one JSON file, or one with a JSON text per line, by its structure; it must have several frames."""
+    """Read a file with one JSON value, or with one JSON value per line, that contains several frames."""
     content, where = load(path), path.name
     settled = content if _has(content) else {}
     if frames := _frames(content, where):
@@ -192,7 +201,7 @@ def read(path: Path) -> Detections:
 
 
 _PROGRAMS = {"images": "coco", "image_id": "alphapose", "bodies": "alphapose", "instances": "mmpose"}
-"""Programs that write files with these keys."""
+"""Name of the program that writes a file with each of these keys."""
 _FRAMES = ("instance_info", "frames", "annotations", "results", "data", "predictions")
 _PEOPLE = (
     "people", "instances", "bodies", "annots", "persons", "poses", "pose", "detections", "predictions", "tracks",
@@ -223,18 +232,20 @@ _SCORES = ("keypoint_scores", "scores", "confidence", "confidences", "score")
 _WIDTHS = {34: 2, 50: 2, 52: 2, 4 * len(MEDIAPIPE): 4}
 _NAME = ("name", "part", "body_part", "label", "keypoint")
 _NUMBER = ("id", "index", "landmark_id")
-"""Keys in files: of all frames, people, points; of a frame's name, an identity, a point's confidence, all confidences.
+"""Keys of the parts of a file, from the list of frames to a point.
+
+In order: frames, people, points, a frame's name, an identity, a point's confidence, all confidences.
 
 Then the numbers per point for lengths of lists that are not 3 per point, and keys of a point's name and number."""
 
 
 def _first(item: Any, keys: Iterable[str]) -> Any:
-    """Return the value of the first of some keys that an object has, or None."""
+    """Return an object's value for the first key that the object contains, or None if no key matches."""
     return next((item[key] for key in keys if key in item), None) if _has(item) else None
 
 
 def _frames(content: Any, where: str) -> list[tuple[str, Any]]:
-    """Return the frames of a file, or their detections, each with the name of its frame; empty without people.
+    """Return the frames or detections in a file, each with the name of its frame; empty if the file has no people.
 
     In a table with columns such as left_knee_x, the coordinates of each point are combined.
     """
@@ -258,7 +269,7 @@ def _frames(content: Any, where: str) -> list[tuple[str, Any]]:
 
 
 def _by_frames(content: Any) -> list[dict[str, Any]]:
-    """Return the frames of an object that has, for each number or point, all frames as a list or an object."""
+    """Return the frames of an object whose keys are coordinates or points, and whose values are lists over frames."""
     frames = defaultdict[str, dict[str, Any]](dict)
     for name, value in content.items() if _has(content) else ():
         each: Any = _by_frames(value) if _has(value, "x", "y") else value
@@ -268,7 +279,7 @@ def _by_frames(content: Any) -> list[dict[str, Any]]:
 
 
 def _listed(content: Any, where: str) -> list[tuple[str, Any]]:
-    """Return the frames of a file, or their detections, each with the name of its frame."""
+    """Return the frames or detections in a file, each with the name of its frame, without a check for people."""
     if _has(content, "images", "annotations"):
         names = {image["id"]: str(image.get("file_name", image["id"])) for image in content["images"]}
         listed = [(names.get(item.get("image_id"), ""), item) for item in content["annotations"]]
@@ -321,14 +332,14 @@ def _listed(content: Any, where: str) -> list[tuple[str, Any]]:
 
 
 def _is_mark(value: Any) -> bool:
-    """Return whether a value is one point."""
+    """Return True if a value is a single point."""
     if isinstance(value, list):
         return 2 <= len(value) <= 4 and not any(isinstance(number, list | dict | str) for number in value)
     return _has(value, "x", "y") or _has(value, "position")
 
 
 def _is_points(value: Any) -> bool:
-    """Return whether a value is all points of a person, not one point."""
+    """Return True if a value is the set of points of a person, not a single point."""
     if _has(value):
         if _has(value, "x", "y"):
             return isinstance(value["x"], list)
@@ -340,7 +351,10 @@ def _is_points(value: Any) -> bool:
 
 
 def _crowd(item: Any) -> Any:
-    """Return the people in a frame, whose keys may be their identities; None if this is not a frame."""
+    """Return the people in a frame, or None if the value is not a frame.
+
+    The keys of the frame may be the identities of the people.
+    """
     people = _first(item, _PEOPLE)
     if people is None and item and _has(item):
         numbered = all(map(str.isdigit, item)) and any(map(_is_frame, item.values()))
@@ -350,14 +364,17 @@ def _crowd(item: Any) -> Any:
 
 
 def _is_frame(item: Any) -> bool:
-    """Return whether a value is a frame, even without people."""
+    """Return True if a value is a frame; a frame may have no people."""
     if isinstance(item, list) and not _is_points(item):
         return any(map(_is_frame, item))
     return _is_points(item) or _crowd(item) is not None or _first(item, _POINTS) is not None
 
 
 def _people(item: Any, where: str) -> list[tuple[str, list[str], np.ndarray]]:
-    """Return the people in a frame: identity, names of the points if there are any, and points (K, 3)."""
+    """Return the identity, the names of the points and the points (K, 3) of each person in a frame.
+
+    The names are empty if the points have no names.
+    """
     if isinstance(item, list) and not _is_points(item):
         return [person for inner in item for person in _people(inner, where)]
     points = _first(item, _POINTS)
@@ -375,7 +392,10 @@ def _people(item: Any, where: str) -> list[tuple[str, list[str], np.ndarray]]:
 
 
 def _points(value: Any, scores: Any, where: str) -> tuple[list[str], np.ndarray]:
-    """Return names, if points have any, and column, row, confidence (K, 3); confidence 1 if none, without depths."""
+    """Return the names of a person's points, and their column, row and confidence (K, 3).
+
+    The names are empty if the points have no names.  The confidence is 1 if the file does not contain it.
+    """
     names: list[str] = []
     if _has(value, "x", "y"):
         value = _by_frames(value)
@@ -418,7 +438,7 @@ def _points(value: Any, scores: Any, where: str) -> tuple[list[str], np.ndarray]
 def _detections(
     program: str, where: str, frames: list[tuple[str, Any]], content: dict[str, Any]
 ) -> Detections:
-    """Return the people of all frames as detections."""
+    """Return one detection for each person in each frame."""
     number, notes = frames_by_name(name for name, _ in frames)
     rate, size = settings((content.get("images") or [{}])[0] | content)
     keys = (key for _, item in frames if _has(item) for key in item)
@@ -460,7 +480,7 @@ def _detections(
 
 
 def settings(content: dict[str, Any]) -> tuple[float, tuple[int, int]]:
-    """Return frame rate and image size from an object or one within it (meta, metadata, …); 0 if not stated."""
+    """Return frame rate, Hz, and image size, px, from an object or objects within it (meta, …); 0 if not stated."""
     within = [part for part in content.values() if _has(part, "fps") or _has(part, "width")]
     stating = {key: value for part in [*within, content] for key, value in part.items()}
 

@@ -1,4 +1,4 @@
-"""Keypoints as tables: CSV wide and long, TRC in pixels (Sports2D, Pose2Sim), arrays of numpy."""
+"""Keypoints as tables: wide or long CSV, TRC in pixels (Sports2D, Pose2Sim), and NumPy arrays."""
 
 from __future__ import annotations
 
@@ -31,20 +31,20 @@ _ROLES = {
     "image_id": "frame",
     "image_name": "frame",
 }
-"""Roles of further columns, which tables of markers do not have."""
+"""Roles of columns that occur in tables of keypoints but not in tables of markers."""
 
 
 _NUMBER = re.compile(r"(?<!\w)-?(?:nan|None|[\d.]+(?:e[+-]?\d+)?)")
 _KINDS = {2: "xy", 3: "xyc", 4: "xyzc"}
-"""Coordinates of a point in one cell, by their number."""
+"""Coordinates in a cell with 2, 3 or 4 numbers; c is the confidence."""
 _SOMEBODY = re.compile(
     r"^(?:.*?\d|(?!left|right|filt|smooth|(?:[lr]|raw)[ _.:-])[^\W\d_]+)[ _.:-]+(?=\D)", re.IGNORECASE
 )
-"""Prefix that names a person: it ends with a number, or is not a side."""
+"""Prefix of a column name that identifies a person; it ends with a digit, or is not a side of the body."""
 
 
 def read_csv(path: Path) -> Detections:
-    """Read CSV: wide (``left_knee_x, left_knee_y``, …) or long (``frame, keypoint, x, y``).
+    """Read keypoints from a wide (``left_knee_x, left_knee_y``, …) or long (``frame, keypoint, x, y``) CSV table.
 
     Frame rate and image size come from a ``.json`` of the same name next to it, if it exists.
     """
@@ -98,7 +98,7 @@ def read_csv(path: Path) -> Detections:
 
 
 def _note_cut(frames: np.ndarray, notes: list[str]) -> None:
-    """Note a last frame with fewer rows than any other: the file may be cut."""
+    """Add a note if the last frame has fewer rows than all other frames, since the file may be truncated."""
     *others, last = np.unique(frames, return_counts=True)[1].tolist()
     if others and last < min(others):
         notes.append(
@@ -107,7 +107,7 @@ def _note_cut(frames: np.ndarray, notes: list[str]) -> None:
 
 
 def _split_points(table: Rows) -> None:
-    """Split columns of points, as ``[0.7, 0.1]`` or ``(0.7, 0.1, 0.9)``, into one column per number, in place."""
+    """Split columns with points such as ``[0.7, 0.1]`` or ``(0.7, 0.1, 0.9)`` into one column per number, in place."""
     point_columns = {k for row in table.cells for k, cell in enumerate(row) if cell.startswith(("[", "("))}
     for column in sorted(point_columns, reverse=True):
         title, marks = table.header[column], list(map(_NUMBER.findall, table.texts(column)))
@@ -118,7 +118,10 @@ def _split_points(table: Rows) -> None:
 
 
 def _columns(table: Rows, is_long: bool) -> dict[str, dict[str, int]]:
-    """Return the columns x, y and, if present, z and c (confidence) of each point, named ``""`` in a long table."""
+    """Return, for each point, the columns of x and y and, if present, of z and confidence c.
+
+    In a long table, the only name is ``""``.
+    """
     columns: dict[str, dict[str, int]] = {}
     for point, kind, _, column in coordinates(table.header, "xy", ("z", *_CONFIDENCE)):
         columns.setdefault(point, {})[kind if kind in "xyz" else "c"] = column
@@ -138,7 +141,9 @@ def _columns(table: Rows, is_long: bool) -> dict[str, dict[str, int]]:
 
 
 def _side_by_side(bodies: list[Any], parts: list[str], where: str) -> tuple[list[str], list[Any]]:
-    """Combine rows of one point each into names of points and bodies (frame, identity, points).
+    """Combine rows with one point each into bodies.
+
+    Return the names of the points, and the frame, identity and points of each body.
 
     A point that recurs in a frame belongs to another body, even without an identity.
     """
@@ -155,7 +160,7 @@ def _side_by_side(bodies: list[Any], parts: list[str], where: str) -> tuple[list
 
 
 def _crowd(names: list[str]) -> tuple[list[str], list[str]]:
-    """Return the people in a table and the names of their points, if names begin with a person: ``person1_nose``.
+    """Return the people in a table and the names of their points, from column names such as ``person1_nose``.
 
     A prefix without a number may be a side, unless each person has two knees: ``near_knee``, ``far_knee``.
     """
@@ -189,7 +194,7 @@ def _frames(table: Rows, column: int) -> np.ndarray:
 
 
 def read_trc(path: Path) -> Detections:
-    """Read TRC in pixels, as Sports2D and Pose2Sim write it, without the third coordinate."""
+    """Read a TRC file in pixels, as Sports2D and Pose2Sim write it; the third coordinate is ignored."""
     table = trc.read_table(path)
     units = table.settings.get("units", "").lower()
     if units not in ("px", "pixel", "pixels"):
@@ -211,7 +216,9 @@ def read_trc(path: Path) -> Detections:
 
 
 def read_array(path: Path) -> Detections:
-    """Read an array of numpy: (frame, point, 2 or 3) with the confidence third, or with a person after the frame.
+    """Read a NumPy array (frame, point, 2 or 3) or (frame, person, point, 2 or 3).
+
+    The last of three coordinates is the confidence.
 
     In an NPZ file it is called ``keypoints`` or is the only array of such a shape.  The file may also have ``names``,
     ``scores`` or ``confidence``, ``fps``, ``width`` and ``height``.

@@ -1,1 +1,1 @@
-"""Reconstruction of a 3D walk with error bars from one person's 2D keypoints."""
+"""Reconstruction of one person's 3D walk, with error bars, from 2D keypoints."""

@@ -1,4 +1,4 @@
-"""Reconstruction of one person's walk from a file of keypoints: layout, person, stretches and notes."""
+"""Reconstruction of one person's walk from a file of keypoints."""
 
 from __future__ import annotations
 
@@ -28,27 +28,30 @@ from walk3d.film.walk.objective import FOCAL_SD
 from walk3d.film.walk.tracks import MAX_GAP_S, MIN_WALK_S, Track, find_tracks
 
 FOCAL_SHARE = 0.75
-"""Initial focal length over the longer side of the image, if unknown: between those of phones and camcorders."""
+"""Initial value of an unknown focal length, relative to the longer side of the image.
+
+It lies between the usual values of phones and camcorders.
+"""
 MAX_OTHER_TRACKS = 3
-"""Number of further tracks that are tried if the longest is not a walk and no person is named."""
+"""Maximum number of other tracks to try if no person is named and the longest track is not a walk."""
 RANGES = {
     "frame_rate_hz": (5.0, 1000.0), "focal_px": (10.0, 1e6), "stature_mm": (400.0, 2500.0), "width": (16, 100_000),
     "height": (16, 100_000),
 }  # fmt: skip
-"""Accepted ranges of what is stated about a video; 0 means unknown."""
+"""Accepted range of each numeric option of the input; an option of 0 means unknown."""
 
 
 class Labels(StrEnum):
-    """Treatment of the detector's left and right labels."""
+    """Use of the detector's left and right labels."""
 
     both = "both"
-    """Left and right exchanged throughout are tried as well."""
+    """Two reconstructions are compared: with the labels of the file, and with left and right exchanged throughout."""
     as_given = "as_given"
-    """The labels of the file are used."""
+    """Only the labels of the file are used."""
 
 
 class Input(Options):
-    """Options of the input: the file of keypoints and known facts about its video."""
+    """Options of the input: the file of keypoints and what is known about the video."""
 
     path: str = ""  # file or folder of keypoints, or a film
     frame_rate_hz: float = 0.0  # frames per second; 0: as stated in the file
@@ -106,12 +109,12 @@ class Walk:
 
     @property
     def calibration(self) -> Calibration:
-        """Multipliers of the error bars that are shown."""
+        """Multipliers of the error bars in the results."""
         return self.calibrations[self.bars_for]
 
     @property
     def best(self) -> Stretch:
-        """The longest stretch with the best verdict."""
+        """The longest of the stretches with the best verdict."""
         return best_of(self.stretches)
 
 
@@ -123,7 +126,7 @@ def _prior(folder: Path, layout: str) -> tuple[Prior, dict[str, Calibration]]:
 
 
 def reconstruct_clip(options: Input, model: Path = model_file.SHIPPED) -> Walk:
-    """Reconstruct the walk that a file or folder of keypoints shows.
+    """Reconstruct the walk in a file or folder of keypoints.
 
     Parameters
     ----------
@@ -202,7 +205,7 @@ def _reconstruct_clip(options: Input, model: Path) -> Walk:
 
 
 def _rate(options: Input, source: Detections, notes: list[str]) -> float:
-    """Return the frames per second from the options or the file, and note a disagreement."""
+    """Return the frame rate, Hz, from the options or else from the file, and add a note if the two differ."""
     rate = options.frame_rate_hz or source.frame_rate_hz
     if not rate:
         raise InvalidInput(
@@ -219,7 +222,10 @@ def _rate(options: Input, source: Detections, notes: list[str]) -> float:
 
 
 def _selected_frames(frames: str, frame: np.ndarray, rate: float) -> np.ndarray:
-    """Mask (n,) of the frames that `input.frames` selects: ``first:last`` inclusive, or seconds as ``2s:6.5s``."""
+    """Return the mask (n,) of the frames that `input.frames` selects.
+
+    The option is ``first:last`` in frames, last included, or a range of seconds as ``2s:6.5s``.
+    """
     parts = re.fullmatch(r"(\d+|\d+\.?\d*s)?:(\d+|\d+\.?\d*s)?", frames or ":")
     if parts is None:
         raise InvalidInput(
@@ -240,7 +246,7 @@ def _selected_frames(frames: str, frame: np.ndarray, rate: float) -> np.ndarray:
 
 
 def _drop_low_confidence(pixels: np.ndarray, confidence: np.ndarray, least: float, notes: list[str]) -> None:
-    """Set keypoints (n, 15, 2) of low confidence to NaN, and flip rows that count upwards, in place."""
+    """Set keypoints (n, 15, 2) of low confidence to NaN, and flip images whose rows count upwards, in place."""
     doubtful = confidence < least * np.nanmax(confidence)
     if share := (doubtful & np.isfinite(pixels).all(axis=-1)).mean():
         percent = f"{100 * share:.0f}" if share >= 0.005 else "Less than 1"
@@ -258,7 +264,10 @@ def _walking_track(
     reconstruct_track: Callable[[Track], FilmResult],
     notes: list[str],
 ) -> tuple[Track, FilmResult]:
-    """Return the named or longest track; if the longest is not a walk, the first other track that is."""
+    """Return a track and its reconstruction: the named person's track, otherwise the longest track.
+
+    If the longest track is not a walk, return the first other track that is a walk, if there is one.
+    """
     track = choose(tracks, person)
     film_result = reconstruct_track(track)
     if not person and not film_result.walks:
@@ -299,7 +308,7 @@ def _from_to(track: Track) -> str:
 
 
 def _doubts(walk: Walk) -> Iterator[str]:
-    """Notes on assumptions about the keypoints and the camera."""
+    """Yield notes on the assumptions about the keypoints and the camera."""
     best = walk.best.reconstruction
     if not walk.layout.measured:
         yield (

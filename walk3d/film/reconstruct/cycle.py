@@ -1,4 +1,4 @@
-"""Gait cycle of a reconstructed walk in display units: events, numbers of both sides, and curves, with error bars."""
+"""Gait cycle of a reconstructed walk in the units of the report: events, gait numbers and curves, with error bars."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ from walk3d.film.walk.sagittal_angles import ANGLES, KINDS, SIDES
 LEVEL_95 = 2
 """Index of 95 % in `LEVELS`."""
 HEIGHT_SHARE = 0.89
-"""Height of the centre of the head above the ankles over stature: 0.93 minus 0.039 [Winter 2009, figure 4.1]."""
+"""Height of the head's centre above the ankles as a share of stature: 0.93 minus 0.039 [Winter 2009, figure 4.1]."""
 INSTANTS = 101
 """Number of samples of a curve over the cycle: one for each per cent from 0 to 100."""
 NO_VARIABILITY = "the variability between strides is unknown: the walk is reconstructed as one average cycle"
 
 
 def scale_mm(walk: Walk) -> float:
-    """Return the scale from millimetres of the model to those of the walker; 1 if no stature is given."""
+    """Return the factor that scales lengths of the model, mm, to the walker's stature; 1 if no stature is given."""
     return walk.stature_mm * HEIGHT_SHARE / HEIGHT_MM if walk.stature_mm else 1.0
 
 
@@ -54,16 +54,19 @@ least_hip_flexion hip_least angle
 greatest_knee_flexion knee_most angle
 least_knee_flexion knee_least angle
 """
-"""Name, kind and measure of every number in the summary."""
+"""Name in the summary, kind in the model, and measure of each gait-cycle number."""
 _MEASURES = {
     "s": ("s", 0.0, 1.0, 3), "share": ("% of cycle", 0.0, 100.0, 1), "rest": ("% of cycle", 100.0, -100.0, 1),
     "angle": ("°", 0.0, 180.0 / np.pi, 1), "length": ("% of stature", 0.0, 100.0 * HEIGHT_SHARE / HEIGHT_MM, 1),
 }  # fmt: skip
-"""Unit, offset, factor and decimal digits of each measure; lengths are those without a stature."""
+"""Unit, offset, factor and number of decimals of each measure; lengths are per cent of an unknown stature."""
 
 
 def _average_cycle(prior: Prior) -> tuple[GaitCycle, np.ndarray]:
-    """Return the average walker's cycle, and the covariance (407, 407) of walkers and stride frequencies."""
+    """Return the average walker's gait cycle, and the covariance (407, 407) of walkers and stride frequencies.
+
+    The covariance is that of the population of the model.
+    """
     model, size = prior.model, prior.model.mean.size
     covariance = np.zeros((size + 2, size + 2))
     covariance[:size, :size], covariance[-1, -1] = model.covariance, model.log_frequency[1] ** 2
@@ -71,7 +74,9 @@ def _average_cycle(prior: Prior) -> tuple[GaitCycle, np.ndarray]:
 
 
 def numbers(walk: Walk, reconstruction: Reconstruction) -> dict[str, dict[str, Any]]:
-    """Return the numbers of the gait cycle by name, with units, half widths of 95 % bars, and the range of walkers.
+    """Return the gait-cycle numbers by name.
+
+    Each has a unit, the half widths of its 95 % error bars, and the range of 95 % of walkers.
 
     Numbers of one side have ``left``, ``right`` and ``difference``; numbers of the walk have ``both``.
     ``larger_than_its_bar`` marks a difference beyond its bar; it is False if the labels are unsure.
@@ -106,7 +111,7 @@ def numbers(walk: Walk, reconstruction: Reconstruction) -> dict[str, dict[str, A
 
 
 def events(walk: Walk, stretch: Stretch) -> dict[str, dict[str, list[float]]]:
-    """Return contact and toe-off times of each foot in the video, s, with half widths of 95 % bars."""
+    """Return the times of foot contact and toe-off in the video, s, with the half widths of their 95 % error bars."""
     reconstruction = stretch.fitted
     middle = (stretch.first_frame + stretch.last_frame) / 2.0 / walk.frame_rate_hz
     contacts = {}
@@ -121,7 +126,7 @@ def events(walk: Walk, stretch: Stretch) -> dict[str, dict[str, list[float]]]:
 
 
 def curves(walk: Walk, reconstruction: Reconstruction) -> dict[str, np.ndarray]:
-    """Return the joint angles of both sides over the gait cycle, degrees, from each foot's contact to its next.
+    """Return the joint angles of both sides over the gait cycle, degrees; each side's cycle begins with foot contact.
 
     Returns
     -------
@@ -150,7 +155,7 @@ def curves(walk: Walk, reconstruction: Reconstruction) -> dict[str, np.ndarray]:
 
 
 def curve_rows(drawn: dict[str, np.ndarray]) -> dict[str, Any]:
-    """Columns of the table of curves: one row per angle and per cent of the cycle, degrees."""
+    """Return the columns of the table of angle curves, degrees, with one row per angle and per cent of the cycle."""
     angles, half, middle, reach = (
         drawn[name] for name in ("angles", "angles_half", "walkers", "walkers_half")
     )
@@ -166,7 +171,7 @@ def curve_rows(drawn: dict[str, np.ndarray]) -> dict[str, Any]:
 
 
 def number_rows(numbers: dict[str, dict[str, Any]]) -> dict[str, list[Any]]:
-    """Columns of the table of numbers: one row per number and side."""
+    """Return the columns of the table of gait-cycle numbers, with one row per number and side."""
     rows = [
         (name, side, number[side]["value"], number[side]["half_width_95"], number["unit"])
         for name, number in numbers.items()
@@ -177,7 +182,7 @@ def number_rows(numbers: dict[str, dict[str, Any]]) -> dict[str, list[Any]]:
 
 
 def angle_rows(walk: Walk) -> dict[str, np.ndarray]:
-    """Columns of the table of angles in every frame, degrees, with half widths of 95 % bars."""
+    """Return the columns of the table of joint angles in each frame, degrees, with half widths of 95 % error bars."""
     blocks = []
     for number, stretch in enumerate(walk.stretches):
         if not stretch.walks:

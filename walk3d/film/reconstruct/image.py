@@ -12,16 +12,16 @@ USUAL_SIZES = tuple(
     for width, height in ((640, 480), (854, 480), (1280, 720), (1920, 1080), (2560, 1440), (3840, 2160))
     for size in ((width, height), (height, width))
 )
-"""Usual sizes of videos, smallest first; one of them is assumed if the file does not state the size."""
+"""Common sizes of videos, smallest first; a common size is assumed if the file does not state the image size."""
 
 MAX_OUTSIDE_SHARE = 0.1
-"""Share of keypoints more than 6 % outside the image, up to which the size of the image is not questioned.
+"""Share of keypoints more than 6 % outside the image up to which the image size is accepted without a check.
 
 Detectors place unseen feet below the picture.  A larger share is an error if width and height exchanged would halve
 it, or if it exceeds 0.6."""
 
 TINY_PX = 100.0
-"""Keypoints that all lie within this many pixels are rejected unless the image is at most four times as large."""
+"""Extent of keypoints, px, below which they are rejected unless the image is at most four times as large."""
 
 _HIPS = [number for number, joint in enumerate(WALKER15.joints) if joint.endswith("_hip")]
 
@@ -29,7 +29,7 @@ _HIPS = [number for number, joint in enumerate(WALKER15.joints) if joint.endswit
 def in_pixels(
     pixels: np.ndarray, size: tuple[int, int], notes: list[str]
 ) -> tuple[np.ndarray, tuple[int, int]]:
-    """Convert keypoints (N, 15, 2) to pixels, and return them with the size of the image.
+    """Convert keypoints (N, 15, 2) to pixels, and return the converted keypoints and the image size.
 
     Parameters
     ----------
@@ -112,12 +112,12 @@ def in_pixels(
 
 
 def _outside(pixels: np.ndarray, size: tuple[int, ...]) -> float:
-    """Share of pixels (n, 2) that are more than 6 % outside an image of this size."""
+    """Return the share of pixels (n, 2) that are more than 6 % outside an image of the given size."""
     return (np.abs(pixels / size - 0.5) > 0.56).any(axis=-1).mean() if len(pixels) else 0.0
 
 
 def upside_down(pixels: np.ndarray) -> bool:
-    """Return whether shoulders are below ankles in most frames."""
+    """Return True if the shoulders are below the ankles in most frames."""
     rows = pixels[..., 1]
     top, bottom = rows[:, [2, 5]], rows[:, [11, 14]]
     both = np.isfinite(top).any(axis=1) & np.isfinite(bottom).any(axis=1)

@@ -1,4 +1,4 @@
-"""Layouts of keypoints (``conf/keypoints/*.yaml``): the joint of each point, and offsets between them.
+"""Layouts of keypoints (``conf/keypoints/*.yaml``): the joint of each point, and the offset from this joint.
 
 A layout is recognised by the names in the file, or by the number of points.  Layouts with the same number are
 distinguished by the positions of their points in the image.
@@ -22,13 +22,16 @@ from walk3d.film.keypoints import Detections
 from walk3d.film.walk import Detector
 
 PREFIX_POINTS = {23: 17, 75: 33, 133: 17, 136: 26, 308: 70, 501: 33, 543: 33}
-"""Sizes of layouts with feet, hands or face, and the number of their first points that are used."""
+"""Number of points in layouts with feet, hands or face, and number of points, from the first, that are used."""
 COMPLETED_POINTS = {29: 33, 31: 33}
-"""Sizes of MediaPipe layouts that lack toes or heels (last point number plus one), and the size of the full layout."""
+"""Number of points in MediaPipe files that lack toes or heels, and the number of points in the full layout."""
 MIN_NUMBERED_NAMES = 12
-"""Fewest names with one stem (kp0, kp1, …) for which points are identified by number."""
+"""Minimum number of numbered names such as kp0, kp1, … for which points are identified by their number."""
 MIN_VISIBLE_SHARE = 0.2
-"""Share of detections below which a joint is ignored when the order is checked: heads may be out of the picture."""
+"""Share of detections with a visible joint, below which the vertical order is checked without this joint.
+
+Heads, for example, may be outside the image.
+"""
 _NEEDED = [f"{side}_{joint}" for side in ("left", "right") for joint in ("hip", "knee", "ankle")]
 
 
@@ -97,15 +100,18 @@ _JOINT_BY_NAME = {
     "up_leg_joint": "hip", "leg_joint": "knee", "foot_joint": "ankle", "sho": "shoulder", "elb": "elbow",
     "wr": "wrist", "wri": "wrist", "ank": "ankle",
 }  # fmt: skip
-"""Joints by their names in Apple's Vision, which names the segment below a joint, and by OpenCV's short names."""
+"""Joint for each name that Apple's Vision and OpenCV use.
+
+Vision names the segment below a joint; OpenCV uses short names.
+"""
 
 
 _PARTS = {"eye", "ear", "shoulder", "elbow", "wrist", "hip", "knee", "ankle", "heel"}
-"""Joints that may follow a lower-case l or r without a separator, as in ``rhip``."""
+"""Joints whose name may follow a lower-case l or r without a separator, as in ``rhip``."""
 
 
 def canonical(name: str) -> str:
-    """Return the name of a point in the spelling of the layouts.
+    """Return the name of a point in the spelling that the layouts use.
 
     Examples
     --------
@@ -225,7 +231,7 @@ def recognise(source: Detections, layout_name: str = "") -> tuple[Layout, np.nda
 def _by_names(
     source: Detections, layouts_by_name: Mapping[str, Layout], layout_name: str
 ) -> tuple[Layout, np.ndarray, str]:
-    """Return the layout whose points have the names in the file, as `recognise` does."""
+    """Return the layout with the same point names as the file, in the form that `recognise` returns."""
     sided = [name for name in source.names if canonical(name).startswith(("left_", "right_"))]
     differing = (k for k, letters in enumerate(zip(*sided, strict=False)) if len(set(letters)) > 1)
     before = "".join(sided[:1])[: next(differing, 0)]  # anna:, PoseLandmark.
@@ -252,7 +258,10 @@ def _by_names(
 
 
 def _upright(layout: Layout, points: np.ndarray) -> float:
-    """Return the share of detections with head to ankle in vertical order, on the worse side, or NaN."""
+    """Return the share of detections whose joints are in vertical order from head to ankle.
+
+    The share is the smaller one of the left and right side; NaN if neither side can be checked.
+    """
 
     def height(joint: str) -> np.ndarray:
         part = points[:, [layout.points.index(point) for point in layout.joints[joint]], 1]
@@ -272,7 +281,10 @@ def _upright(layout: Layout, points: np.ndarray) -> float:
 
 
 def to_joints(layout: Layout, order: np.ndarray, source: Detections) -> tuple[np.ndarray, np.ndarray]:
-    """Return joints (N, 15, 2) of detections and their confidence (N, 15), 0 where missing."""
+    """Return the joints (N, 15, 2) of all detections and their confidence (N, 15).
+
+    A missing joint is NaN, with confidence 0.
+    """
     pixels = np.full((len(source.points), len(WALKER15.joints), 2), np.nan)
     confidence = np.zeros(pixels.shape[:2])
     for number, joint in enumerate(WALKER15.joints):

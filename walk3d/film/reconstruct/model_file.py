@@ -1,4 +1,4 @@
-"""Reader and writer of the model of walkers: moments, multipliers of error bars, and sources."""
+"""Reader and writer of the model of walkers: statistics of walkers, multipliers of error bars, and data sources."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ from walk3d.film.walk.sagittal_angles import KINDS
 from walk3d.film.walk.training import BLOCKS, SIZE
 
 SHIPPED = Path(__file__).resolve().parent / "walkers"
-"""Folder of the model that comes with the package: ``model.npz``, ``manifest.json``, ``CARD.md``."""
+"""Folder of the model of walkers in this package: ``model.npz``, ``manifest.json``, ``CARD.md``."""
 VERSION = 4
 ENTRY = "walkers"
-"""Entry of the manifest that identifies the folder of a model."""
+"""Key in a manifest by which the folder of a model of walkers is recognised."""
 
 
 _SHAPES: dict[str, tuple[int | str, ...]] = {
@@ -40,12 +40,12 @@ _MULTIPLIERS: dict[str, tuple[int, ...]] = {
     "joints": (len(GROUPS), 3, len(LEVELS)), "angles": (len(KINDS), len(LEVELS)),
     "cycle": (len(CYCLE_KINDS), len(LEVELS)), "view": (2, len(LEVELS)),
 }  # fmt: skip
-"""Shapes of the arrays of a calibration; the file stacks those of `AS_OURS` and `ANYBODY`."""
+"""Shapes of the arrays of a calibration; the file stacks the arrays for `AS_OURS` and `ANYBODY`."""
 
 
 @dataclass(frozen=True)
 class TrainedModel:
-    """Model of walkers with its calibrations.
+    """Model of walkers with the calibrations of its error bars.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ class TrainedModel:
 
     @property
     def learnt(self) -> Learnt:
-        """Anatomical prior of the same people, for walkers of the model's height."""
+        """Anatomical prior from the same walkers, for the height to which the model is scaled."""
         model = self.model
         covariance = model.covariance.reshape(*model.mean.shape, *model.mean.shape)
         prior = Prior(model.mean, covariance, model.bone_variance, model.pair_variance)
@@ -75,13 +75,13 @@ class TrainedModel:
 
     @property
     def concentration(self) -> float:
-        """Sum of squares of the laboratories' shares of the people."""
+        """Sum of the squared shares that the laboratories have in the number of people."""
         people = np.array(list(self.about["people_by_source"].values()), float)
         return float((people**2).sum() / people.sum() ** 2)
 
     @property
     def unfamiliar(self) -> float:
-        """Share of the variance between laboratories that the model lacks.
+        """Share of the variance between laboratories that the model does not contain.
 
         A calibrated model lacks only the part that each person has alone.
         """
@@ -89,7 +89,7 @@ class TrainedModel:
 
 
 def save(trained: TrainedModel, folder: Path) -> None:
-    """Publish a model atomically: arrays in single precision, and a manifest with their digest."""
+    """Write a model atomically: its arrays in single precision, and a manifest with the digest of the arrays."""
     content = io.BytesIO()
     arrays = {name: getattr(trained.compact, name) for name in _SHAPES}
     arrays |= {

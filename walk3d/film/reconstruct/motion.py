@@ -1,4 +1,4 @@
-"""Reconstructed walk as points in space, for motion files and recordings."""
+"""Reconstructed walk as 3D points, for motion files and recordings."""
 
 from __future__ import annotations
 
@@ -34,17 +34,17 @@ class Format(StrEnum):
 
 
 def keypoints_px(reconstruction: Reconstruction) -> np.ndarray:
-    """Return the keypoints (T, 15, 2) that were used, px from the principal point; NaN where missing."""
+    """Return the keypoints (T, 15, 2) used in the fit, px from the principal point; NaN where missing."""
     return np.where(reconstruction.keypoints.weights[..., None] > 0, reconstruction.filmed_px, np.nan)
 
 
 def upright(level: np.ndarray) -> np.ndarray:
-    """Convert level camera axes (right, down, away) to (right, away, up)."""
+    """Convert vectors from level camera axes (right, down, away) to axes (right, away, up)."""
     return np.stack([level[..., 0], level[..., 2], -level[..., 1]], axis=-1)
 
 
 def in_walkers_axes(reconstruction: Reconstruction) -> np.ndarray:
-    """Return positions (T, 15, 3), mm of the model: x to the right, y along the walk, z above the lowest ankle.
+    """Return positions (T, 15, 3), mm of the model: x to the walker's right, y forwards, z up from the lowest ankle.
 
     The heading in the middle of the stretch defines the axes; there the pelvis is at x = y = 0.  The path is included.
     """
@@ -54,13 +54,13 @@ def in_walkers_axes(reconstruction: Reconstruction) -> np.ndarray:
 
 
 def usable_stretches(walk: Walk) -> list[Stretch]:
-    """Return the stretches that are or may be a walk: the best first, then by length."""
+    """Return the stretches that are or may be a walk: first the best stretch, then the remaining ones by length."""
     usable = [s for s in walk.stretches if s.walks]
     return sorted(usable, key=lambda s: s is not walk.best)
 
 
 def to_motion(walk: Walk, stretch: Stretch, names: Names, *, in_place: bool) -> motion.Motion:
-    """Convert a stretch to a motion; only BVH uses `names` and `in_place`."""
+    """Convert a stretch to a motion; the arguments `names` and `in_place` only matter for BVH."""
     positions = in_walkers_axes(stretch.fitted) * scale_mm(walk)
     if in_place:
         pelvis = positions[:, PELVIS, None, :2]
@@ -69,7 +69,7 @@ def to_motion(walk: Walk, stretch: Stretch, names: Names, *, in_place: bool) -> 
 
 
 def one_cycle(walk: Walk, stretch: Stretch, names: Names, *, in_place: bool) -> motion.Motion:
-    """Return one exact cycle from the left foot's contact, at about the frame rate of the video.
+    """Return one exact gait cycle that begins with left foot contact, at about the frame rate of the video.
 
     The last frame repeats the first, one stride ahead unless in place, so that the motion loops.
     """
@@ -100,11 +100,14 @@ walk_cycle.bvh: one exact cycle from the left foot's contact to its next; the la
 TRC: millimetres, y up, x forwards (OpenSim). C3D and CSV: millimetres, x to the right, y along the walk, z up.
 Lengths are in {units}.
 """
-"""Text of ``motion.txt``: conventions and limits of the motion files."""
+"""Return the text of ``motion.txt``: conventions and limits of the motion files."""
 
 
 def write_motion(walk: Walk, formats: list[Format], folder: Path, names: Names, *, in_place: bool) -> None:
-    """Write every stretch in every format, with ``motion.txt``: ``walk.c3d`` is the best, ``walk_2.c3d`` the next."""
+    """Write ``motion.txt`` and each stretch in each format.
+
+    ``walk.c3d`` contains the best stretch, ``walk_2.c3d`` the next.
+    """
     stretches = usable_stretches(walk) if formats else []
     for number, stretch in enumerate(stretches, start=1):
         stem = "walk" if number == 1 else f"walk_{number}"

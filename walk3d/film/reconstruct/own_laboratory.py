@@ -1,4 +1,4 @@
-"""Calibration of the shipped model on a few 3D walks of people of another laboratory."""
+"""Calibration of the shipped model on the 3D walks of a few people from another laboratory."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from walk3d.film.walk import CompactMoments, expand, model_of
 
 
 def calibrate(trained: TrainedModel, walks: Walks) -> TrainedModel:
-    """Move the joints of a model to where a laboratory places them, by the walks of a few of its people.
+    """Shift the joints of a model to a laboratory's joint definitions, learnt from walks of a few people there.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def calibrate(trained: TrainedModel, walks: Walks) -> TrainedModel:
 
 
 def calibrated(compact: CompactMoments, walkers: np.ndarray, share: float) -> CompactMoments:
-    """Return moments whose average walker is calibrated on walkers of one laboratory.
+    """Return statistics of walkers whose average walker is calibrated on the walkers of one laboratory.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Content of the page of one reconstructed walk."""
+"""Content of the page that describes one reconstructed walk."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from walk3d.film.walk.sagittal_angles import KINDS
 
 
 def page_of(walk: Walk, summary: dict[str, Any], path: str, files: Sequence[str]) -> WalkPage:
-    """Return the content of the page of the best stretch.
+    """Return the content of the page for the best stretch of a walk.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Recording of one reconstructed walk for the viewer: image, reprojection, 3D with uncertainty, view, residuals."""
+"""Recording of one reconstructed walk for the viewer: image, reprojection, 3D with error bars, view, residuals."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from walk3d.film.walk.sagittal_angles import ANGLES
 from walk3d.film.walk.view import pitched
 
 MAX_SAMPLES, MAX_SAMPLED_POSTURES = 12, 4000
-"""Largest numbers of walks and of postures drawn from the posterior, so that the file stays below 5 MB."""
+"""Maximum numbers of walks and of postures to draw from the posterior, so that the file stays below 5 MB."""
 KNEE_COLOURS = {"left_knee": "blue", "right_knee": "orange"}
 FRUSTUM_SHARE = 0.25
 """Length of the camera's frustum, as a share of the distance to the walker."""
@@ -32,7 +32,10 @@ _PELVIS = WALKER15.index("pelvis")
 
 
 def drawn_walks(walk: Walk, reconstruction: Reconstruction, count: int) -> np.ndarray:
-    """Draw walks (S, T, 15, 3), mm, widened to the calibrated bars: about the pelvis, camera axes."""
+    """Draw walks (S, T, 15, 3), mm, whose spread matches the calibrated error bars.
+
+    Positions are relative to the pelvis, in level camera axes.
+    """
     generator = derive_generator(0, "posterior samples")
     samples = sample_positions(
         reconstruction.posterior, reconstruction.fit.x, reconstruction.fit.times, generator, count
@@ -46,7 +49,7 @@ def drawn_walks(walk: Walk, reconstruction: Reconstruction, count: int) -> np.nd
 def camera_matrix(
     reconstruction: Reconstruction, size_px: np.ndarray, scale: float, height_mm: float
 ) -> np.ndarray:
-    """Return the matrix (3, 4) from a homogeneous point, mm, to an image of this size, px.
+    """Return the camera matrix (3, 4) from homogeneous points, mm, to pixels of an image of the given size.
 
     The axes are right, away and up, and the camera is `height_mm` above their origin.  `scale` is the size of the image
     relative to the film.
@@ -59,7 +62,7 @@ def camera_matrix(
 
 
 def write_recording(walk: Walk, summary_text: str, path: Path, small: Mapping[int, np.ndarray]) -> None:
-    """Write the recording of the best stretch.
+    """Write the recording of a walk's best stretch.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The model of walkers as a method for a few people of one's own: ``model.prior=shipped``."""
+"""Reconstruction method that applies the shipped model of walkers to the user's own data: ``model.prior=shipped``."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def _prepared(data: FourierSamples, folder: Path) -> OtherLaboratories:
 
 
 def prior_method(name: str, folder: Path = SHIPPED) -> Method:
-    """Return the method that reconstructs walks with a trained model, calibrated on the other people of the data.
+    """Return a method that reconstructs walks with a trained model, calibrated on the other people in the data.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Summary of a reconstructed walk, in words and numbers: the content of ``summary.json``."""
+"""Summary of a reconstructed walk, in words and numbers, for ``summary.json``."""
 
 from __future__ import annotations
 
@@ -30,19 +30,19 @@ from walk3d.film.walk.training import SIZE
 from walk3d.film.walk.verdict import DOUBTFUL_DISTANCE, DOUBTFUL_RESIDUAL, SLOW_STRIDE_HZ, Verdict
 
 NO_PATH = "in place, on a treadmill, or the camera follows"
-"""Locomotion of a walker who moves through the image more slowly than the feet imply."""
+"""Description of the locomotion if the walker moves through the image more slowly than the feet imply."""
 ALTERNATIVE_COST = 60.0
-"""Cost above the best, below which other candidates are listed as alternatives."""
+"""Cost above the best candidate's cost up to which other candidates are listed as alternatives."""
 SECOND_SIDE_DEG = 10.0
-"""Angle off a main direction, degrees, above which a second side of the walker is named."""
+"""Angle between heading and nearest main direction, degrees, above which a second visible side is named."""
 TURNED_DEG = 20.0
-"""Turn of the heading over a stretch, degrees, above which the path is reported as bent."""
+"""Change of heading over a stretch, degrees, above which the path is reported as bent."""
 SINGLE_STRIDE = 1.2
-"""Strides below which times and left-right differences rest on one stride."""
+"""Number of strides below which times and left-right differences are reported to depend on a single stride."""
 OFF_MIDDLE_DEG = 12.0
-"""Angle of the walker off the middle of the image above which an unknown focal length is mentioned."""
+"""Angle between walker and image centre, degrees, above which an unknown focal length is mentioned."""
 LEAN_DEG = 9.0
-"""Lean of the head over the ankles in the image above which a rolled camera is mentioned."""
+"""Angle between walker and vertical in the image, degrees, above which a rolled camera is mentioned."""
 
 
 def heading_words(heading_rad: float) -> str:
@@ -73,17 +73,17 @@ def heading_words(heading_rad: float) -> str:
 
 
 def units(walk: Walk) -> str:
-    """Return the unit of lengths."""
+    """Return the unit of lengths in the results."""
     return "mm" if walk.stature_mm else "mm of a walker of 1500 mm from ankles to the centre of the head"
 
 
 def observed(reconstruction: Reconstruction) -> np.ndarray:
-    """Return joints (15,) bool that were detected in at least one frame; the others are estimated."""
+    """Return the mask (15,) of joints that were detected in at least one frame; all other joints are only estimated."""
     return np.asarray((reconstruction.keypoints.weights > 0).any(axis=0))
 
 
 def summarise(walk: Walk) -> dict[str, Any]:
-    """Return the summary of a clip, as plain numbers and texts."""
+    """Return the summary of a clip, as plain numbers and strings."""
     best = walk.best
     stretches = [_stretch(stretch, walk) for stretch in walk.stretches]
     return {
@@ -116,7 +116,7 @@ def _interval(centre: float, half: float) -> list[float]:
 
 
 def off_middle_rad(reconstruction: Reconstruction) -> float:
-    """Root mean square horizontal angle between the walker and the middle of the image over the stretch, rad."""
+    """Root mean square, over a stretch, of the horizontal angle between walker and image centre, rad."""
     visible = reconstruction.keypoints.weights > 0
     columns = np.where(visible, reconstruction.keypoints.pixels[..., 0], np.nan)[visible.any(axis=1)]
     bearing = np.arctan(np.nanmean(columns, axis=1) / reconstruction.focal_px)
@@ -124,7 +124,9 @@ def off_middle_rad(reconstruction: Reconstruction) -> float:
 
 
 def view_sd_rad(walk: Walk, reconstruction: Reconstruction) -> float:
-    """Standard deviation of the heading, rad: the fit's, plus crabwise walking and an assumed focal length.
+    """Standard deviation of the heading, rad.
+
+    It combines the deviation of the fit, crabwise walking, and the uncertainty of an assumed focal length.
 
     Off the middle of the image, the apparent view depends on the focal length.  A focal length that was estimated with
     the walk is already part of the fit's deviation.
@@ -204,7 +206,7 @@ def _stretch(stretch: Stretch, walk: Walk) -> dict[str, Any]:
 
 
 def _view_angle(reconstruction: Reconstruction, walk: Walk) -> dict[str, Any]:
-    """Return the view angle with its interval, and alternatives at little more cost."""
+    """Return the view angle with its confidence interval, and the alternative views with a similar cost."""
     heading = reconstruction.fit.x[HEADING]
     half = np.degrees(NORMAL[LEVEL_95] * view_sd_rad(walk, reconstruction))
     alternatives = [
@@ -235,7 +237,7 @@ def _view_angle(reconstruction: Reconstruction, walk: Walk) -> dict[str, Any]:
 
 
 def _usable(reconstruction: Reconstruction) -> list[str]:
-    """Return the usable results of a doubtful walk, as one sentence."""
+    """Return a list with one sentence that names the usable results of a doubtful walk."""
     slow = reconstruction.candidates[0].frequency_hz < SLOW_STRIDE_HZ
     reasons = {
         "cadence, times and speeds are wrong if the frame rate is": slow,
@@ -252,7 +254,10 @@ def _usable(reconstruction: Reconstruction) -> list[str]:
 
 
 def half_widths_mm(walk: Walk, reconstruction: Reconstruction) -> np.ndarray:
-    """Half widths (T, 15, 3) of 95 % bars about the pelvis, right, down and away, mm."""
+    """Half widths (T, 15, 3), mm, of the 95 % error bars of joints relative to the pelvis.
+
+    The axes are right, down and away from the camera.
+    """
     return joint_half_widths(walk.calibration, reconstruction.posterior.sd_mm, LEVEL_95) * scale_mm(walk)
 
 
@@ -272,7 +277,7 @@ def _speed(reconstruction: Reconstruction, stride_hz: float, stature_mm: float) 
 
 
 def _angles(reconstruction: Reconstruction, walk: Walk) -> dict[str, Any]:
-    """Return the range of each angle over the frames, and its mean half width of 95 % bars."""
+    """Return the minimum and maximum of each angle over the frames, and the mean half width of its 95 % error bars."""
     angles = np.degrees(reconstruction.posterior.angles_rad)
     half = np.degrees(angle_half_widths(walk.calibration, reconstruction.posterior.angles_sd_rad, LEVEL_95))
     return {
@@ -286,7 +291,9 @@ def _angles(reconstruction: Reconstruction, walk: Walk) -> dict[str, Any]:
 
 
 def turned_deg(reconstruction: Reconstruction) -> float:
-    """Heading at the end of a stretch minus that at its beginning, degrees; the summary gives that of the middle.
+    """Heading at the end of a stretch minus the heading at its beginning, degrees.
+
+    The heading in the summary applies to the middle of the stretch.
 
     Detectors exaggerate how a passing body turns its front and then its back to the camera.  Seen from the side, about
     20 to 50° of this turn are an artefact, also on a straight path.
@@ -296,7 +303,10 @@ def turned_deg(reconstruction: Reconstruction) -> float:
 
 
 def path_bend_deg(reconstruction: Reconstruction) -> float:
-    """Turn of the path over a stretch, degrees, from positions in the image: 0° is towards the camera, +90° right."""
+    """Change in the direction of the path over a stretch, degrees, estimated from positions in the image.
+
+    Directions are 0° towards the camera and +90° to the right.
+    """
     pixels = np.where(
         reconstruction.keypoints.weights[..., None] > 0, reconstruction.keypoints.pixels, np.nan
     )
@@ -316,7 +326,7 @@ def lean_deg(reconstruction: Reconstruction) -> float:
 
 
 def advice(walk: Walk, stretch: Stretch) -> list[str]:
-    """Return advice on filming the next time."""
+    """Return advice for the next film."""
     reconstruction, sentences = stretch.fitted, []
     heading = abs(np.degrees(reconstruction.fit.x[HEADING]))
     if min(heading, 180.0 - heading) < 20.0:
@@ -358,7 +368,7 @@ def advice(walk: Walk, stretch: Stretch) -> list[str]:
 
 
 def table_rows(walk: Walk) -> dict[str, list[Any]]:
-    """Columns of the long table of joints: every frame of every stretch that is or may be a walk.
+    """Return the columns of the long table of joints, for all frames of all stretches that are or may be a walk.
 
     Axes: x to the image's right, y away from the camera, z up.  The origin is the pelvis in the middle of the stretch.
     """
@@ -384,7 +394,7 @@ def table_rows(walk: Walk) -> dict[str, list[Any]]:
 
 
 def filmed_mm(reconstruction: Reconstruction) -> np.ndarray:
-    """Return positions (T, 15, 3) in level camera axes, path included, about the camera."""
+    """Return positions (T, 15, 3), mm, in level camera axes relative to the camera, including the walker's path."""
     x, objective = reconstruction.fit.x, reconstruction.fit.objective
     unbiased = x.copy()
     unbiased[:SIZE] = reconstruction.posterior.walker.ravel()
@@ -392,7 +402,10 @@ def filmed_mm(reconstruction: Reconstruction) -> np.ndarray:
 
 
 def world_mm(reconstruction: Reconstruction) -> np.ndarray:
-    """Return positions (T, 15, 3) in level camera axes, path included, about the pelvis in mid-stretch."""
+    """Return positions (T, 15, 3), mm, in level camera axes, including the walker's path.
+
+    The origin is the pelvis in the middle frame of the stretch.
+    """
     level = filmed_mm(reconstruction)
     middle = len(level) // 2
     return level - level[middle, WALKER15.index("pelvis")]

@@ -1,4 +1,4 @@
-"""Training of the model of walkers: eigenwalkers, and error bars learnt on left-out people."""
+"""Training of the model of walkers: eigenwalkers, and error bars that are learnt on left-out people."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ from walk3d.film.walk import (
 from walk3d.film.walk.calibration import ANYBODY, AS_OURS, LEVELS, StandardErrors, learn
 
 HEADINGS_DEG = (0, 30, -30, 60, -60, 90, -90, 180)
-"""Headings of the simulated clips, overground and on a treadmill; the walks of a person alternate."""
+"""Headings of each person's simulated clips, overground and on a treadmill; a person's walks are used in turn."""
 MIN_OTHER_PEOPLE = 3
-"""Fewest people outside the largest laboratory from which bars for any person are learnt."""
+"""Minimum number of people outside the largest laboratory for learning the error bars for any person."""
 
 
 class Training(Options):
@@ -53,7 +53,9 @@ class Training(Options):
 def left_out_errors(
     walks: Walks, groups: np.ndarray, options: Training, error: DetectorError
 ) -> Iterator[tuple[str, StandardErrors]]:
-    """Yield each person's standardised errors in simulated clips, by a model without the person's group.
+    """Yield each person's standardised errors in simulated clips.
+
+    The model of the reconstruction is trained without the person's group.
 
     Parameters
     ----------
@@ -95,7 +97,7 @@ def left_out_errors(
 
 
 def _compacted(full_moments: Moments, options: Training) -> CompactMoments:
-    """Return moments with the requested number of eigenwalkers, but fewer than half the people."""
+    """Return statistics with the requested number of eigenwalkers, reduced to less than half the number of people."""
     return compact(full_moments, min(options.components, (full_moments.walkers - 1) // 2))
 
 

@@ -1,4 +1,4 @@
-"""Film input and output: the keypoints of a video, and the reconstruction drawn over it."""
+"""Input and output of films: the keypoints of a video, and a video with the reconstruction drawn over it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ OVERLAY = "overlay.mp4"
 
 
 def is_video(options: Input) -> bool:
-    """Return whether the input is a film, by its suffix."""
+    """Return True if the input has the suffix of a film."""
     return Path(options.path).suffix.lower() in SUFFIXES
 
 
@@ -31,7 +31,7 @@ def with_keypoints(
     tell: Callable[[str], None] = lambda _: None,
     progress: Callable[[int, int], None] = lambda *_: None,
 ) -> Iterator[Input]:
-    """Yield the input with a video replaced by its keypoints; any other input is unchanged.
+    """Yield the input options, with a video replaced by the table of its keypoints; other input is unchanged.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Page of one reconstructed walk: one HTML file with a player."""
+"""Page of one reconstructed walk: a single HTML file with a player."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from walk3d.film.video.small import MAX_KEY_CHARACTERS, thinned
 
 MAX_BYTES = 1_000_000 + MAX_KEY_CHARACTERS
 MAX_FRAMES = 600
-"""Largest number of frames on the page; longer clips are thinned out."""
+"""Maximum number of frames on the page; frames of longer clips are skipped at regular intervals."""
 _FOLDER = Path(__file__).resolve().parents[2] / "page"
-"""Template, style and script of this page."""
+"""Template, style sheet and script of the page."""
 _SCRIPTS = ("walker.js", "players.js", "theme.js", _FOLDER / "walk.js")
 
 
 @dataclass(frozen=True)
 class Frames:
-    """Frames of the film, and the walk in them.
+    """Frames of the film on the page, and the walk in these frames.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class Frames:
 
 @dataclass(frozen=True)
 class Cycle:
-    """Gait cycle on the page.
+    """Gait cycle on the page: curves, stance and gait-cycle numbers.
 
     Attributes
     ----------
@@ -81,7 +81,7 @@ class Cycle:
 
 @dataclass(frozen=True)
 class Heading:
-    """Heading of the walker: 0 is towards the camera, +90 to the image's right.
+    """Heading of the walker; 0 is towards the camera, +90° to the right in the image.
 
     Attributes
     ----------
@@ -98,7 +98,7 @@ class Heading:
 
 @dataclass(frozen=True)
 class WalkPage:
-    """Content of the page of a walk.
+    """Content of the page of a reconstructed walk.
 
     Attributes
     ----------
@@ -131,7 +131,7 @@ class WalkPage:
 
 
 def write_walk_page(path: Path, page: WalkPage) -> None:
-    """Write the page of a walk.
+    """Write the page of a reconstructed walk.
 
     Raises
     ------
@@ -165,7 +165,7 @@ def write_walk_page(path: Path, page: WalkPage) -> None:
 
 
 def _image_words(page: WalkPage) -> str:
-    """Return the caption of the image."""
+    """Return the caption of the image on the page."""
     drawn = "keypoints (dots) and the projected reconstruction (lines)"
     if not page.film:
         return f"the image with its {drawn}"
@@ -178,7 +178,7 @@ def _cell(number: Mapping[str, Any]) -> str:
 
 
 def _row(name: str, numbers: Mapping[str, Any]) -> str:
-    """Return the row of one number of the gait cycle: left, right and their difference, or both sides together."""
+    """Return a table row for one gait-cycle number: left, right and their difference, or one value for both sides."""
     heading = escape(f"{name.replace('_', ' ')}, {numbers['unit']}")
     if "left" in numbers:
         larger = ' class="larger"' if numbers["difference"]["larger_than_its_bar"] else ""
@@ -198,7 +198,7 @@ def _differences(numbers: Mapping[str, Mapping[str, Any]]) -> str:
 
 
 def _fact(title: str, sentences: Sequence[str]) -> str:
-    """Return a term and its sentences, several as a list."""
+    """Return a term and its sentences as HTML; several sentences become a list."""
     if len(sentences) == 1:
         return f"<dt>{escape(title)}</dt><dd>{escape(sentences[0])}</dd>"
     items = "".join(f"<li>{escape(sentence)}</li>" for sentence in sentences)
@@ -206,7 +206,7 @@ def _fact(title: str, sentences: Sequence[str]) -> str:
 
 
 def _packed(page: WalkPage) -> dict[str, Any]:
-    """Return the data that the browser draws, thinned out for a long clip."""
+    """Return the data that the browser draws; frames of a long clip are skipped at regular intervals."""
     frames, cycle, heading = page.frames, page.cycle, page.heading
     every = -(-len(frames.numbers) // MAX_FRAMES)
     numbers = thinned(frames.numbers, MAX_FRAMES)

@@ -1,4 +1,4 @@
-"""Summary in sentences, for the terminal, the page and the recording."""
+"""Sentences that summarise a reconstructed walk, for the terminal, the page and the recording."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ VERDICTS = {"walk": "A walk.", "doubtful": "Perhaps a walk.", "not_a_walk": "Not
 
 
 def facts(summary: dict[str, Any]) -> list[tuple[str, list[str]]]:
-    """Return titles and sentences from the content of ``summary.json``.
+    """Return titles and sentences for the content of ``summary.json``.
 
     Examples
     --------
@@ -35,7 +35,7 @@ def facts(summary: dict[str, Any]) -> list[tuple[str, list[str]]]:
 
 
 def as_markdown(summary: dict[str, Any]) -> str:
-    """Return the sentences as Markdown."""
+    """Return the titles and sentences of the summary as Markdown."""
     parts = [f"**{title}.** {' '.join(texts)}" for title, texts in facts(summary)]
     return "\n\n".join(["# A walk from keypoints of one camera", *parts])
 
@@ -53,7 +53,7 @@ def _view(summary: dict[str, Any]) -> list[str]:
 
 
 def alternative(other: dict[str, Any]) -> str:
-    """Return the sentence on another view that the keypoints allow."""
+    """Return the sentence about alternative views that agree with the keypoints."""
     exchanged = " with left and right exchanged" if other["left_and_right_exchanged"] else ""
     return f"also possible{exchanged}: {other['words']}, with a cost {other['cost_above_best']:g} higher"
 

@@ -1,4 +1,4 @@
-"""Files of a reconstructed walk in one folder: summary, joints with bars, 3D motion, recording, page."""
+"""Output folder of a reconstructed walk: summary, joints with error bars, 3D motion, recording, page."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ PAGE = "walk.html"
 
 
 class Output(Options):
-    """Options of the output: the folder and its files."""
+    """Options of the output: the folder, and the files to write."""
 
     path: str = ""  # folder of the output; empty: results/reconstructed/<its folder>_<its name>
     formats: list[Format] = [Format.c3d, Format.trc, Format.bvh, Format.csv]  # file formats of the 3D walk
@@ -42,7 +42,7 @@ class Output(Options):
 
 
 class Reconstruct(Options):
-    """Options of the command ``reconstruct``."""
+    """Options of the ``reconstruct`` command."""
 
     input: Input = Input()
     output: Output = Output()
@@ -54,7 +54,7 @@ def run(
     tell: Callable[[str], None] = lambda _: None,
     progress: Callable[[int, int], None] = lambda *_: None,
 ) -> tuple[Walk, dict[str, Any], Path]:
-    """Reconstruct a video, or a file or folder of keypoints, and write the results.
+    """Reconstruct the walk in a video, or in a file or folder of keypoints, and write the results.
 
     Parameters
     ----------
@@ -148,14 +148,14 @@ def _fill(folder: Path, walk: Walk, summary: dict[str, Any], options: Reconstruc
 
 
 def _frames(folder: Path, options: Reconstruct) -> Iterator[tuple[int, np.ndarray]]:
-    """Yield numbers and pictures of the film's frames."""
+    """Yield the index and the image of each frame of the film."""
     return numbered(Path(options.input.path), cached.resampled_hz(folder))
 
 
 def _small_pictures(
     folder: Path, walk: Walk, summary: dict[str, Any], options: Reconstruct
 ) -> dict[int, np.ndarray]:
-    """Return small pictures of the film by number; empty for keypoints, or without OpenCV."""
+    """Return reduced images of the film by frame index; empty if the input is keypoints or OpenCV is missing."""
     if not video.is_video(options.input) or not (options.output.recording or options.output.page):
         return {}
     numbers = thinned(thinned(walk.best.frames, MAX_FRAMES), MAX_PICTURES)
@@ -167,7 +167,7 @@ def _small_pictures(
 
 
 def _note_missing(summary: dict[str, Any], name: str, error: ModuleNotFoundError) -> None:
-    """Note that a file is missing because a package is not installed; other errors are raised again."""
+    """Add a note that a file is missing because a package is not installed; any other error is raised again."""
     if not (package := missing_package(error)):
         raise error
     summary["notes"].append(f"No {name}: it needs {install_hint(package)}.")

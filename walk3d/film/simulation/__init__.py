@@ -1,1 +1,1 @@
-"""Simulated films: cameras, detectors, and people in front of the camera."""
+"""Simulated films: cameras, detectors, and the motion of people in front of the camera."""

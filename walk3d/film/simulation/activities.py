@@ -20,11 +20,11 @@ _ARMS = [
     for side in ("left", "right")
 ]
 FLIGHT_MM = 60.0
-"""Amplitude of a runner's pelvis about its mean height."""
+"""Amplitude, mm, of the vertical motion of a runner's pelvis."""
 
 
 class Activity(StrEnum):
-    """Activity of a person who does not walk."""
+    """Activities other than walking."""
 
     squat = "squat"
     sit = "sit"
@@ -33,12 +33,12 @@ class Activity(StrEnum):
 
 
 def _below(length: float, angle_rad: np.ndarray) -> np.ndarray:
-    """Return vectors (T, 3) that point downwards, turned forwards by angles (T,)."""
+    """Return vectors (T, 3) of the given length that point down and are rotated forwards by the angles (T,)."""
     return length * np.stack([0.0 * angle_rad, np.sin(angle_rad), -np.cos(angle_rad)], axis=-1)
 
 
 def _pose(standing: np.ndarray, angles: dict[str, list[np.ndarray]], lean_rad: np.ndarray) -> np.ndarray:
-    """Return positions (T, 15, 3) about the pelvis from joint angles, each for left and right, rad."""
+    """Return positions (T, 15, 3) relative to the pelvis, for joint angles, rad, of the left and the right side."""
     positions = np.repeat((standing - standing[PELVIS])[None], len(lean_rad), axis=0)
     for joint in (_STERNUM, _HEAD, _ARMS[0][0], _ARMS[1][0]):
         positions[:, joint, 1:] = -_below(standing[joint, 2] - standing[PELVIS, 2], -lean_rad)[:, 1:]
@@ -60,7 +60,7 @@ def perform(
     frame_rate_hz: float,
     duration_s: float,
 ) -> np.ndarray:
-    """Return positions (T, 15, 3), mm, of a person with a walker's limbs who does something else.
+    """Return positions (T, 15, 3), mm, of a person with a walker's limbs during another activity.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ def perform(
 def with_standing(
     walk: np.ndarray, frame_rate_hz: float, speed_mm_s: float, still_s: float, start_s: float = 0.4
 ) -> np.ndarray:
-    """Return positions (T, 15, 3) of a person who stands, walks, and stands again.
+    """Return positions (T, 15, 3), mm, of a person who stands, then walks, then stands again.
 
     Parameters
     ----------

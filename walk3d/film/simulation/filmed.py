@@ -12,12 +12,12 @@ from walk3d.film.walk import HARMONICS, HEIGHT_MM, TrainingWalk, training_walk
 
 
 def about_pelvis(walks: Walks, number: int) -> np.ndarray:
-    """Return positions (T, 15, 3) of one walk about the mean pelvis, mm."""
+    """Return positions (T, 15, 3), mm, of one walk relative to the mean position of the pelvis."""
     return walking.set_origin(walks.motion(number), origin="pelvis_mean")
 
 
 def training_walks(walks: Walks) -> list[TrainingWalk]:
-    """Return the walks of a corpus in the form in which the model is trained on them."""
+    """Return the walks of a corpus in the form that the model is trained on."""
     motions = [about_pelvis(walks, k) for k in range(len(walks))]
     return [
         training_walk(motion, float(rate), walking.stature(motion))
@@ -26,13 +26,13 @@ def training_walks(walks: Walks) -> list[TrainingWalk]:
 
 
 def belt_speed_mm_s(walk: TrainingWalk) -> float:
-    """Return the speed of the ground under a walker's feet, in the walker's own size, mm/s."""
+    """Return the speed, mm/s, of the ground relative to a walker's feet, for the walker's actual size."""
     _, belt = stance_rows(walk.walker)
     return float(2 * np.pi * walk.frequency_hz * (belt @ walk.walker.ravel()) * walk.height_mm / HEIGHT_MM)
 
 
 def lasting(positions: np.ndarray, frame_rate_hz: float, strides: float) -> np.ndarray:
-    """Return the first strides (T, J, 3) of a walk, which is continued if the recording has fewer.
+    """Return the given number of strides of a walk (T, J, 3); the walk is continued if the recording has fewer.
 
     The Fourier series continues; its residual is played back and forth.
     """
@@ -57,7 +57,7 @@ def film(
     longest_s: float = np.inf,
     strides: float = 0.0,
 ) -> SimulatedKeypoints:
-    """Film one walk of a corpus: at most its middle `longest_s` seconds, or a number of strides.
+    """Film one walk of a corpus: the middle `longest_s` seconds at most, or a given number of strides.
 
     Parameters
     ----------

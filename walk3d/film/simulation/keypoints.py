@@ -55,7 +55,7 @@ class DetectorError:
 
 @dataclass(frozen=True, kw_only=True)
 class Filming:
-    """Camera and path of a filmed walk.
+    """Camera, and path of the walker in front of the camera.
 
     Attributes
     ----------
@@ -111,7 +111,7 @@ class SimulatedKeypoints:
 
 
 def slow_error(generator: np.random.Generator, shape: tuple[int, ...], sd: float, decay: float) -> np.ndarray:
-    """Draw autocorrelated Gaussian errors (T, …): each is `decay` times the one before plus independent noise."""
+    """Draw autocorrelated Gaussian errors (T, …), each `decay` times the previous error plus independent noise."""
     fresh = generator.normal(size=shape)
     errors = np.empty(shape)
     errors[0] = fresh[0]
@@ -123,7 +123,7 @@ def slow_error(generator: np.random.Generator, shape: tuple[int, ...], sd: float
 def swap_times(
     generator: np.random.Generator, frames: int, frame_rate_hz: float, error: DetectorError
 ) -> np.ndarray:
-    """Draw the frames (T,) bool in which labels are exchanged."""
+    """Draw a mask (T,) of the frames in which left and right labels are exchanged."""
     swapped = np.zeros(frames, bool)
     starts = np.flatnonzero(generator.random(frames) < error.swaps_per_s / frame_rate_hz)
     for start in starts:
@@ -133,7 +133,7 @@ def swap_times(
 
 
 def resample(positions: np.ndarray, frame_rate_hz: float, wanted_hz: float) -> np.ndarray:
-    """Return positions at another frame rate, by linear interpolation."""
+    """Return positions (T, J, 3) resampled to another frame rate by linear interpolation."""
     times = np.arange(0.0, (len(positions) - 1) / frame_rate_hz + 1e-9, 1.0 / wanted_hz) * frame_rate_hz
     before = np.minimum(times.astype(int), len(positions) - 2)
     share = (times - before)[:, None, None]
@@ -147,7 +147,7 @@ def simulate_keypoints(
     filming: Filming,
     error: DetectorError,
 ) -> SimulatedKeypoints:
-    """Film a walk and detect its joints.
+    """Simulate the film of a walk and the keypoints that a detector returns.
 
     Parameters
     ----------

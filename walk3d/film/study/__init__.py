@@ -1,4 +1,4 @@
-"""Study of walks from keypoints of one camera, on simulated clips with ground truth; it belongs to no paper."""
+"""Study of walks from the keypoints of one camera, on simulated clips with ground truth; it is our own study."""
 
 from pipeline.studies.study import Study
 from walk3d.film.study.changes import KeypointChanges

@@ -1,4 +1,4 @@
-"""The same simulated clips under several conditions: worse films, ablations, and usual kinds of amateur film."""
+"""The same simulated clips under several conditions: degraded films, ablations, and kinds of amateur film."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from walk3d.film.walk.verdict import Verdict
 
 @dataclass(frozen=True)
 class ChangedErrors(FilmedErrors):
-    """Errors of simulated clips under every condition, and of kinds of film.
+    """Errors of simulated clips under every condition, and results for kinds of amateur film.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class ChangedErrors(FilmedErrors):
 
 
 class KeypointChanges(FilmedClips):
-    """Simulated clips, each under every condition with the same random numbers."""
+    """Simulated clips under several conditions; each clip has the same random numbers under all conditions."""
 
     changes: Changes  # kind of changes: degradations, or ablation
     takes: Several = scaled(value={"full": 16, "smoke": 2})  # number of clips under each condition
@@ -45,7 +45,7 @@ class KeypointChanges(FilmedClips):
 
     @property
     def conditions(self) -> list[Condition]:
-        """Return the conditions with the requested levels."""
+        """Return the conditions, limited to the requested number of levels of each kind."""
         every = CONDITIONS[self.changes]
         selected = []
         for kind in dict.fromkeys(condition.kind for condition in every):
@@ -53,7 +53,7 @@ class KeypointChanges(FilmedClips):
         return selected
 
     def measure(self, inputs: Inputs) -> ChangedErrors:
-        """Return the errors of all clips, and the results for each kind of film."""
+        """Return the errors of all clips, and the results for each kind of amateur film."""
         of_kinds = self._kinds(inputs) if self.changes is Changes.degradations else pd.DataFrame()
         return ChangedErrors(**vars(super().measure(inputs)), kinds=of_kinds)
 
@@ -101,7 +101,7 @@ class KeypointChanges(FilmedClips):
         }
 
     def cases(self, dataset: FilmedWalkers) -> list[Case]:
-        """Return the clips: the takes are spread over people and over sides.
+        """Return the clips to be filmed, distributed over people and headings.
 
         A condition that needs other sources is left out if too few people would remain.
         """

@@ -1,4 +1,4 @@
-"""Errors of walks from keypoints under worse conditions, or with parts of the reconstruction left out."""
+"""Errors of walks from keypoints under degraded conditions, or without parts of the reconstruction."""
 
 from __future__ import annotations
 
@@ -23,20 +23,23 @@ from walk3d.film.study.shown import Inputs, KeypointFigure
 from walk3d.film.study.tables import errors_by, views_by
 
 ROW_HEIGHT = 0.17
-"""Height of a condition's row, inches."""
+"""Height of the row of one condition, inches."""
 OURS, AVERAGE = "keypoint_walk", "average_walker"
 AXIS_ENDS = (("error_mm", "joints", 40.0), ("knee_error_deg", "knees", 10.0))
 MAX_VIEW_DEG = 10.0
-"""Ends of the axes; single mistaken views would otherwise compress the rest."""
+"""Limits of the axes; otherwise a few clips with a mistaken view would compress the rest."""
 
 
 class KeypointChangesFigure(KeypointFigure):
-    """Error, view, coverage and verdicts by condition."""
+    """Errors, view, coverage of error bars and verdicts by condition."""
 
     sweep = KeypointChanges
 
     def tables(self, inputs: Inputs) -> Tables:
-        """``table``: errors by condition and method; ``table_changes``: their difference from the usual condition.
+        """Return the tables of the figure.
+
+        ``table``: errors by condition and method.  ``table_changes``: errors minus those of the same clips
+        under the usual condition.
 
         ``table_views``: view, cadence, coverage, verdicts, labels.  ``table_clips``: clips.  ``table_kinds`` and
         ``table_films``: amateur films, by kind and one by one.
@@ -73,7 +76,10 @@ class KeypointChangesFigure(KeypointFigure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Draw the errors that each condition adds, the error of the view, and shares of clips."""
+        """Draw the added errors of each condition, the error of the view, and shares of clips.
+
+        Added errors are relative to the usual condition.
+        """
         options = cast(KeypointChanges, inputs.experiment.sweep)
         words = _words([options.conditions[n] for n in tables["table_views"]["condition"].tolist()])
         condition = partial(Chart, x="condition", abscissa=Axis(words=words))
@@ -118,7 +124,7 @@ class KeypointChangesFigure(KeypointFigure):
 
 
 def _of_kinds(films: pd.DataFrame) -> Tables:
-    """Return the tables of amateur films by kind and by film; none without such films."""
+    """Return the tables of amateur films, by kind and by film; empty if there are no such films."""
     if films.empty:
         return {}
     kinds = [FILM_KINDS[number] for number in films["number"]]
@@ -134,7 +140,10 @@ def _of_kinds(films: pd.DataFrame) -> Tables:
 
 
 def _words(conditions: Sequence[Condition]) -> dict[str, str]:
-    """Return the labels of conditions by number; conditions of one kind are below a heading without a number."""
+    """Return the axis labels of conditions by their index.
+
+    Conditions of one kind follow a heading, which has no index.
+    """
     kinds = Counter(condition.kind for condition in conditions)
     words: dict[str, str] = {}
     for number, condition in enumerate(conditions):

@@ -1,4 +1,4 @@
-"""One simulated clip of a left-out person: reconstruction and comparison with the ground truth."""
+"""Reconstruction of one simulated clip of a left-out person, and comparison with the ground truth."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ METHODS = ("keypoint_walk", "average_walker", "image_kept")
 
 @dataclass(frozen=True)
 class ClipErrors:
-    """Errors of one clip.
+    """Errors of the reconstruction of one clip.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class ClipErrors:
 
 
 def reconstruct_clip(simulated: SimulatedKeypoints, prior: Prior, condition: Condition) -> Reconstruction:
-    """Reconstruct a simulated clip, given only focal length and frame rate."""
+    """Reconstruct a simulated clip from its keypoints, focal length and frame rate."""
     pixels = exchange_all(simulated.pixels) if condition.wrong_labels else simulated.pixels.copy()
     pixels[:, [WALKER15.index(joint) for joint in condition.hidden]] = np.nan
     return reconstruct(
@@ -71,7 +71,7 @@ def reconstruct_clip(simulated: SimulatedKeypoints, prior: Prior, condition: Con
 def compare(
     reconstruction: Reconstruction, simulated: SimulatedKeypoints, walk: TrainingWalk, condition: Condition
 ) -> ClipErrors:
-    """Compare a reconstruction with the ground truth.
+    """Compare the reconstruction of a simulated clip with the ground truth.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Conditions of a simulated clip or of its reconstruction, each with one change.
+"""Conditions under which a clip is simulated or reconstructed; each condition changes one thing.
 
 Degradations make the film worse: errors of the detector; length, rate, distance and height of filming.  The ablation
 leaves out an ingredient of the reconstruction, joints, correct labels, or people like the walker.
@@ -21,7 +21,7 @@ USUAL = "as usual"
 
 
 class Changes(StrEnum):
-    """Kinds of conditions that a figure compares."""
+    """Groups of conditions; a figure compares the conditions of one group."""
 
     degradations = "degradations"
     ablation = "ablation"
@@ -29,7 +29,7 @@ class Changes(StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Knowledge:
-    """Assumptions of the reconstruction about walkers and detector.
+    """Assumptions of the reconstruction about the walker and the detector.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ _as_labelled = partial(Fitting, both_labellings=False)
 
 @dataclass(frozen=True, kw_only=True)
 class Condition:
-    """One change of the usual condition, or none.
+    """Condition that differs in one respect from the usual condition, or the usual condition.
 
     Attributes
     ----------
@@ -89,7 +89,7 @@ class Condition:
 
     @property
     def name(self) -> str:
-        """Kind and level in words."""
+        """Kind and level of the condition, in words."""
         return f"{self.kind}: {self.level}" if self.level else self.kind
 
 
@@ -170,4 +170,4 @@ CONDITIONS: dict[Changes, list[Condition]] = {
         Condition(kind="learnt from", level="other sources", knowledge=Knowledge(other_sources=True)),
     ],
 }  # fmt: skip
-"""All conditions: the usual one first, and within each kind the largest change last."""
+"""All conditions by group: the usual condition first, and the largest change of each kind last."""

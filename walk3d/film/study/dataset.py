@@ -1,4 +1,4 @@
-"""Walks on which the model of walkers is trained: four harmonics, all scaled to one height."""
+"""Walks on which the model of walkers is trained, with four harmonics and scaled to one height."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MIN_PEOPLE = 4
 
 @dataclass(frozen=True)
 class FilmedWalkers:
-    """Walks for training and for filming.
+    """Walks for training the model and for simulated films.
 
     Attributes
     ----------
@@ -35,34 +35,34 @@ class FilmedWalkers:
 
     @property
     def people(self) -> list[str]:
-        """Names of all people, in the order of the walks."""
+        """Names of all people, in the order of their first walks."""
         return list(dict.fromkeys(self.person.tolist()))
 
     @property
     def sources(self) -> np.ndarray:
-        """Source of each of `people`, (P,) text."""
+        """Source (P,) of each person in `people`, as strings."""
         person = self.person.tolist()
         return self.source[[person.index(name) for name in self.people]]
 
     @property
     def sources_left_out(self) -> list[str]:
-        """Sources, if enough people remain without any one of them; else none."""
+        """Names of the sources; empty if any source is needed to have enough people."""
         of_people = self.sources
         names = list(dict.fromkeys(of_people.tolist()))
         return names if all((of_people != name).sum() >= MIN_PEOPLE for name in names) else []
 
     def training_walk(self, number: int) -> TrainingWalk:
-        """Return one training walk."""
+        """Return the training walk with this index."""
         return part(self.walks, number)
 
 
 class FilmedWalkersDataset(Dataset):
-    """Dataset of all steady walks of all people."""
+    """Dataset of all steady walks of all people, for training the model and for simulated films."""
 
     corpus = WALKS
 
     def build(self, clips: Walks, *, workers: int) -> FilmedWalkers:
-        """Return the walks with four harmonics.  Raises InvalidInput if there are too few people."""
+        """Return the walks, represented by four harmonics.  Raises InvalidInput if there are too few people."""
         people = len(set(clips.person))
         if people < MIN_PEOPLE:
             raise InvalidInput(

@@ -1,4 +1,4 @@
-"""Errors of walks from keypoints and coverage of their bars, by heading and by unseen laboratory."""
+"""Errors of walks from keypoints and coverage of their error bars, by heading and by left-out laboratory."""
 
 from __future__ import annotations
 
@@ -20,16 +20,20 @@ from walk3d.film.study.tables import errors_by, views_by
 EVERYBODY = "everybody"
 
 MIN_ROWS = 3
-"""Smallest number of rows of the picture by laboratory: two laboratories, and all people."""
+"""Minimum number of rows, with the row of all people, for which charts by laboratory are drawn."""
 
 
 class KeypointLaboratoriesFigure(KeypointFigure):
-    """Error and coverage by laboratory."""
+    """Errors and coverage of error bars by left-out laboratory."""
 
     sweep = KeypointLaboratories
 
     def tables(self, inputs: Inputs) -> Tables:
-        """``table``: errors by laboratory and method, and of all people; ``table_views``: view, cadence, coverage."""
+        """Return the tables of the figure.
+
+        ``table``: errors by laboratory and method, and for all people.  ``table_views``: view, cadence,
+        coverage.
+        """
         people, dataset, by = inputs.sweep.people, inputs.dataset, ["laboratory", "method"]
         laboratory = dict(zip(dataset.people, dataset.sources.tolist(), strict=True))
         clips = inputs.sweep.clips.drop(columns=["condition", *VERDICTS])
@@ -53,7 +57,10 @@ class KeypointLaboratoriesFigure(KeypointFigure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Draw errors of joints and knees by laboratory, and coverage of 95 % bars as computed and calibrated."""
+        """Draw the errors of joints and knees by laboratory, and the coverage of 95 % error bars.
+
+        The coverage is drawn for error bars as computed and as calibrated.
+        """
         words = {name: name.replace("_", " ") for name in tables["table"]["laboratory"]}
         if len(words) < MIN_ROWS:
             return Sheet(
@@ -86,22 +93,25 @@ class KeypointLaboratoriesFigure(KeypointFigure):
         )
 
     def draw(self, inputs: Inputs, tables: Tables, picture: Picture) -> None:
-        """Draw the charts, if there are several laboratories."""
+        """Draw the charts if the data come from several laboratories."""
         if picture.drawn:
             picture.charts()
 
     def draws_more_than(self, sheet: Sheet) -> bool:
-        """Return False: the page shows all charts."""
+        """Return False, because the page shows all charts."""
         return False
 
 
 class KeypointHeadingsFigure(KeypointFigure):
-    """Error and coverage by heading."""
+    """Errors and coverage of error bars by heading."""
 
     sweep = KeypointHeadings
 
     def tables(self, inputs: Inputs) -> Tables:
-        """``table``: errors by heading and method; ``table_views``: view, cadence, coverage; ``table_clips``: clips.
+        """Return the tables of the figure.
+
+        ``table``: errors by heading and method.  ``table_views``: view, cadence, coverage.  ``table_clips``:
+        clips.
 
         Headings to either side are pooled.  An angle's error is the mean over clips of its root mean square error.
         """
@@ -117,7 +127,7 @@ class KeypointHeadingsFigure(KeypointFigure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Draw errors of joints and knees by heading, error of the view, and coverage of bars."""
+        """Draw the errors of joints and knees by heading, the error of the view, and the coverage of error bars."""
         options = cast(KeypointHeadings, inputs.experiment.sweep)
         heading = partial(
             Chart, x="heading_deg",

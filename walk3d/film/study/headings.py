@@ -1,4 +1,4 @@
-"""Errors and coverage of bars in simulated clips from all sides, with everything unknown."""
+"""Errors and coverage of error bars in simulated clips with headings all around, for people left out of the model."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from walk3d.film.study.measured import HEADINGS_DEG, Case, FilmedClips, side
 
 
 class KeypointHeadings(FilmedClips):
-    """Simulated clips from all sides."""
+    """Simulated clips with headings all around."""
 
     clips: Annotated[int, bounded(at_least=len(HEADINGS_DEG))] = scaled(
         value={"full": 800, "smoke": 8}
@@ -28,12 +28,12 @@ class KeypointHeadings(FilmedClips):
 
     @property
     def conditions(self) -> list[Condition]:
-        """Return the usual condition with this bias of the detector."""
+        """Return the usual condition, with the requested standard deviation of the detector's bias."""
         error = replace(DetectorError(), bias_mm=self.bias_mm)
         return [Condition(error=error, knowledge=Knowledge(floor_mm=self.bias_mm))]
 
     def cases(self, dataset: FilmedWalkers) -> list[Case]:
-        """Return the clips: people alternate, each from as many sides as there are clips for."""
+        """Return the clips to be filmed: people alternate, and the clips of each person differ in heading."""
         people = dataset.people
         cases = []
         for c in range(self.clips):
@@ -44,7 +44,10 @@ class KeypointHeadings(FilmedClips):
 
 
 class KeypointLaboratories(KeypointHeadings):
-    """Simulated clips of people whose laboratory is left out of the model; with one source, the person is left out."""
+    """Simulated clips of people whose laboratory is left out of the model.
+
+    If all people have the same source, only the filmed person is left out.
+    """
 
     clips: Annotated[int, bounded(at_least=len(HEADINGS_DEG))] = scaled(
         value={"full": 80, "smoke": 8}
@@ -52,10 +55,10 @@ class KeypointLaboratories(KeypointHeadings):
 
     @property
     def conditions(self) -> list[Condition]:
-        """Return the usual condition without the walker's laboratory in the model."""
+        """Return the usual condition, with a model that is trained without the walker's laboratory."""
         (usual,) = super().conditions
         return [replace(usual, knowledge=replace(usual.knowledge, other_sources=True))]
 
     def left_out_with(self, dataset: FilmedWalkers) -> list[str]:
-        """Return the laboratory of each person, or the person if there is one source."""
+        """Return the laboratory of each person, or the person's name if laboratories cannot be left out."""
         return dataset.sources.tolist() if dataset.sources_left_out else dataset.people

@@ -1,4 +1,4 @@
-"""Kinds of amateur film: standing first, a shaking hand, a wrong frame rate, or no walk at all.
+"""Kinds of amateur film: a pause before the walk, a shaking hand, a wrong frame rate, or no walk at all.
 
 Each clip is processed like a real film: tracks of people, walking parts, other frame rates, a verdict.
 """
@@ -20,22 +20,25 @@ from walk3d.film.walk.sagittal_angles import KINDS as ANGLES
 from walk3d.film.walk.tracks import find_tracks
 
 STRIDES, ACTIVITY_S = 2.4, 2.4
-"""Strides of a walk, and seconds of any other activity."""
+"""Number of strides of a walk, and duration of any other activity, s."""
 STANDING_S = 1.2
-"""Time of standing before and after a walk."""
+"""Duration of standing before and after a walk, s."""
 FAR_MM = (6000.0, 8000.0)
-"""Distance of the camera from a person who stands and then walks."""
+"""Range of distances, mm, between the camera and a person who stands and then walks."""
 FREQUENCY_TOLERANCE = 0.15
-"""Relative error of the stride length in frames, above which it belongs to another harmonic."""
+"""Relative error of the stride frequency per frame above which the estimate is a different harmonic."""
 OCCLUSION_SHARE = 0.25
-"""Horizontal distance, over the larger height, below which the nearer person hides the other."""
+"""Horizontal distance between two people below which the nearer person hides the other.
+
+It is relative to the larger of the two heights in the image.
+"""
 HALF_WIDTH_PX = 960.0
 _KNEES = ANGLES.index("knee") == KIND_OF
 
 
 @dataclass(frozen=True, kw_only=True)
 class FilmKind:
-    """Kind of amateur film.
+    """Kind of amateur film: detector, frame rate, and what the person does.
 
     Attributes
     ----------
@@ -60,7 +63,7 @@ class FilmKind:
 
     @property
     def name(self) -> str:
-        """Kind and level in words."""
+        """Kind and level of the film, in words."""
         return f"{self.kind}: {self.level}" if self.level else self.kind
 
 
@@ -74,7 +77,7 @@ FILM_KINDS = (
     FilmKind(kind="crossed by somebody", crossed=True),
     *(FilmKind(kind=str(activity), activity=activity) for activity in Activity),
 )
-"""All kinds of amateur film, of walks and of other activities."""
+"""All kinds of amateur film: films of walks, then films of other activities."""
 
 
 def film_as(
@@ -86,7 +89,7 @@ def film_as(
     heading_rad: float,
     overground: bool,
 ) -> SimulatedKeypoints:
-    """Film one walk of a corpus, or another activity of a person with its walker's limbs."""
+    """Simulate an amateur film of one walk in a corpus, or of another activity of a person with the same limbs."""
     recorded, rate = about_pelvis(walks, number), walks.frame_rate_hz[number]
     positions = lasting(recorded, rate, STRIDES)
     speed = belt_speed_mm_s(walk) if overground or kind.stands else 0.0
@@ -105,7 +108,10 @@ def film_as(
 def crossing(
     generator: np.random.Generator, walks: Walks, number: int, walk: TrainingWalk, walker: SimulatedKeypoints
 ) -> list[SimulatedKeypoints]:
-    """Return a walker and another person who crosses the picture; the farther one is hidden where they meet."""
+    """Return a walker and a second person who crosses the image.
+
+    Where the two people meet, the farther person is hidden.
+    """
     filming = Filming(
         heading_rad=generator.choice([-0.5, 0.5]) * np.pi,
         speed_mm_s=belt_speed_mm_s(walk),
@@ -130,7 +136,7 @@ def crossing(
 
 @dataclass(frozen=True)
 class Seen:
-    """Result of one amateur film.
+    """Result of the reconstruction of one amateur film.
 
     Attributes
     ----------
@@ -148,7 +154,7 @@ class Seen:
 
 
 def see(people: list[SimulatedKeypoints], frequencies_hz: list[float], stated: float, prior: Prior) -> Seen:
-    """Search the keypoints of all people for a walk, and compare it with the ground truth of its walker."""
+    """Search the keypoints of all people for a walk, and compare the walk with the ground truth of its walker."""
     length, rate = len(people[0].pixels), stated * people[0].frame_rate_hz
     rows = np.concatenate([person.pixels for person in people])
     frame = np.tile(np.arange(length), len(people))
@@ -170,7 +176,7 @@ def see(people: list[SimulatedKeypoints], frequencies_hz: list[float], stated: f
 
 
 def _errors(stretch: Stretch, filmed: SimulatedKeypoints) -> tuple[float, float]:
-    """Return the mean distance of the joints, mm, and the root mean square error of the knees, degrees."""
+    """Return the mean distance of joints from ground truth, mm, and the root mean square error of knees, degrees."""
     estimate = stretch.fitted.positions_mm
     truth = filmed.positions_mm[stretch.first_frame : stretch.last_frame + 1]
     angles = errors.level_angles(estimate, errors.headings(stretch.fitted))

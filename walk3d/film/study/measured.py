@@ -1,4 +1,4 @@
-"""Sweep over simulated clips: filmed, reconstructed without the walkers in the model, and compared with the truth."""
+"""Sweep over simulated clips, each reconstructed by a model without the walker and compared with the ground truth."""
 
 from __future__ import annotations
 
@@ -37,19 +37,19 @@ Inputs = SweepInputs[Walks, FilmedWalkers, KeypointWalkers]
 MAX_CLIP_S = 3.0
 """Longest duration of a simulated clip, s."""
 HEADINGS_DEG = (0, 30, 60, 90, 180, -30, -60, -90)
-"""Headings of the clips: 0 is towards the camera, +90 to the image's right."""
+"""Headings of the clips, degrees: 0 is towards the camera, +90 to the right in the image."""
 _SCORED = GROUP_OF >= 0
 
 ERRORS = ["error_mm", *(f"{kind}_error_deg" for kind in KINDS)]
 LEVELS_PERCENT = tuple(round(100 * level) for level in LEVELS)
 LABELS = ("labels_right_percent", "labels_unsure_percent", "labels_wrong_unsaid_percent")
 VERDICTS = [*(f"{verdict}_percent" for verdict in Verdict), *LABELS]
-"""Columns of the verdict and of the labels, as 0 or 100 per cent for one clip."""
+"""Columns for the verdict and for the labels; each value of one clip is 0 or 100 per cent."""
 
 
 @dataclass(frozen=True)
 class FilmedErrors:
-    """Errors of simulated clips.
+    """Errors of all simulated clips, and the motion of one clip.
 
     Attributes
     ----------
@@ -82,7 +82,7 @@ class FilmedErrors:
 
 @dataclass(frozen=True)
 class Case:
-    """One clip to be filmed: person, walk, heading, and whether the walker moves through space.
+    """One clip to be filmed: person, walk, heading, and overground or treadmill walking.
 
     Clips of one `take` have the same random numbers under all conditions.
     """
@@ -97,25 +97,25 @@ class Case:
 
 
 def side(number: int) -> tuple[int, bool]:
-    """Return the heading in degrees and whether the walker moves through space, for the clip of this number."""
+    """Return the heading, degrees, of the clip with this index, and whether the walker moves overground."""
     number %= 2 * len(HEADINGS_DEG)
     return HEADINGS_DEG[number % len(HEADINGS_DEG)], number < len(HEADINGS_DEG)
 
 
 class FilmedClips(Sweep):
-    """Simulated clips, each reconstructed by a model without the walker."""
+    """Simulated clips; each clip is reconstructed by a model that was trained without its walker."""
 
     draws_random_numbers = True
 
     @property
     def reads_clips(self) -> bool:
-        """True: the motion of the clips is filmed."""
+        """True, because the sweep simulates films of the recorded motion."""
         return True
 
     @property
     @abstractmethod
     def conditions(self) -> list[Condition]:
-        """Return the conditions, the usual one first."""
+        """Return the conditions; the usual condition is first."""
 
     @abstractmethod
     def cases(self, dataset: FilmedWalkers) -> list[Case]:
@@ -175,11 +175,14 @@ class FilmedClips(Sweep):
         )
 
     def left_out_with(self, dataset: FilmedWalkers) -> list[str]:
-        """Return a label for each person; clips with one label are left out of each other's bars."""
+        """Return a label for each person.
+
+        The error bars of a clip are calibrated without all clips that have the same label.
+        """
         return dataset.people
 
     def _model(self, case: Case, inputs: Inputs) -> int:
-        """Return the number of the model without the walker's group, or without the walker's source if required."""
+        """Return the index of the model without the walker's group, or without the walker's source if required."""
         other_sources = self.conditions[case.condition].knowledge.other_sources
         source = inputs.model.source[case.person]
         return source if other_sources and source >= 0 else inputs.model.group[case.person]
@@ -198,7 +201,7 @@ class FilmedClips(Sweep):
         )
 
     def _shown(self, case: Case, calibration: Calibration, inputs: Inputs) -> dict[str, Any]:
-        """Return the recorded arrays of one clip."""
+        """Return the arrays of the clip that the recording shows."""
         condition = self.conditions[case.condition]
         simulated = self._filmed(case, inputs)
         prior = inputs.model.prior(self._model(case, inputs), condition.knowledge)
@@ -219,7 +222,10 @@ class FilmedClips(Sweep):
 
 
 def calibrations_by_person(person: np.ndarray, measured: list[ClipErrors]) -> dict[str, Calibration]:
-    """Return the multipliers of bars for each person or laboratory, learnt on all clips of the others."""
+    """Return the multipliers of error bars for each label, learnt from all clips with different labels.
+
+    A label is a person or a laboratory.
+    """
     calibrations = {}
     for label in dict.fromkeys(person):
         others = [m for name, m in zip(person, measured, strict=True) if name != label]
@@ -228,7 +234,10 @@ def calibrations_by_person(person: np.ndarray, measured: list[ClipErrors]) -> di
 
 
 def covered(measured: ClipErrors, calibration: Calibration | None) -> np.ndarray:
-    """Return the share of joint coordinates within bars by level, (3,); without a calibration, bars as computed."""
+    """Return the share (3,) of joint coordinates within their error bars at each level.
+
+    Without a calibration, the error bars are those of the posterior.
+    """
     off = np.abs(measured.over_sd.joints[:, _SCORED])
     unit = np.ones((len(GROUP_OF), 3))
     half = [
@@ -241,7 +250,7 @@ def covered(measured: ClipErrors, calibration: Calibration | None) -> np.ndarray
 
 
 def covered_cycle(measured: ClipErrors, calibration: Calibration) -> dict[str, float]:
-    """Return errors of events, ms, and the coverage of 95 % bars of angles and of gait-cycle quantities."""
+    """Return the errors of events, ms, and the coverage of 95 % error bars of angles and of gait-cycle quantities."""
     half = NORMAL[-1] * calibration.angles[KIND_OF, -1], NORMAL[-1] * calibration.cycle[:, -1]
     cycle = np.concatenate([z <= wide for z, wide in zip(measured.over_sd.cycle, half[1], strict=True)])
     return {
@@ -252,7 +261,7 @@ def covered_cycle(measured: ClipErrors, calibration: Calibration) -> dict[str, f
 
 
 def of_clip(measured: ClipErrors, calibration: Calibration) -> dict[str, float]:
-    """Return errors of view and cadence, residual, coverage of bars, verdict and labels of one clip."""
+    """Return the row of one clip: errors of view and cadence, residual, coverage of error bars, verdict and labels."""
     labels = (
         measured.labels_right,
         measured.labels_unsure,

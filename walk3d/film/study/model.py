@@ -1,4 +1,4 @@
-"""Models of walkers, each learnt without one group of people or one source, for the walks of those left out."""
+"""Models of walkers; each is learnt without the people whose walks it reconstructs."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ from walk3d.film.walk.prior import BONE_FACTOR
 from walk3d.film.walk.training import BLOCKS
 
 LOOSE_BONE_FACTOR = 1e3
-"""Factor on the tolerances of bone lengths that makes them ineffective."""
+"""Factor on the tolerances of bone lengths that makes the bone lengths ineffective as a constraint."""
 MIN_VARIANCE = 1e-6
-"""Variance of a harmonic that is left out, mm²."""
+"""Variance, mm², of the coefficients of a harmonic that is left out."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class KeypointWalkers:
     words: str
 
     def prior(self, left_out: int, knowledge: Knowledge) -> Prior:
-        """Return the prior without a group of people or a source."""
+        """Return the prior that was learnt without one group of people or one source."""
         return prepare(
             with_harmonics(model_of(expand(part(self.moments, left_out))), knowledge.harmonics),
             Detector(floor_mm=np.full(JOINTS, knowledge.floor_mm)),
@@ -65,7 +65,7 @@ class KeypointWalkers:
 
 
 def with_harmonics(model: WalkerModel, harmonics: int) -> WalkerModel:
-    """Return the model without harmonics above this number."""
+    """Return the model with all harmonics above `harmonics` set to zero."""
     present = np.arange(BLOCKS) < 1 + 2 * harmonics
     every = np.tile(present, JOINTS * 3)
     covariance = np.where(np.outer(every, every), model.covariance, 0.0)
@@ -74,7 +74,7 @@ def with_harmonics(model: WalkerModel, harmonics: int) -> WalkerModel:
 
 
 class KeypointWalkersModel(Model):
-    """Eigenwalkers and the structured rest, as in the model that ships."""
+    """Models of the same form as the shipped model: eigenwalkers and a structured covariance of the remainder."""
 
     dataset = FilmedWalkersDataset
 
@@ -82,7 +82,7 @@ class KeypointWalkersModel(Model):
     groups: Several = 8  # number of groups of people; each group is left out as a whole
 
     def learn(self, dataset: FilmedWalkers, *, workers: int) -> KeypointWalkers:
-        """Return the models without each group, and without each source if there are two or more."""
+        """Return the models learnt without each group of people, and without each source if enough people remain."""
         people = dataset.people
         groups = min(self.groups, len(people))
         group = np.arange(len(people)) % groups

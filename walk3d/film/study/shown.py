@@ -1,4 +1,4 @@
-"""Recording of one simulated clip: image and reprojection, truth, reconstruction and average walker."""
+"""Recording of one simulated clip: image and reprojection, ground truth, reconstruction and average walker."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ METHODS = {
 
 
 class KeypointFigure(Figure):
-    """Figure of simulated clips, whose recording shows one of them."""
+    """Figure of simulated clips, with a recording of one of them."""
 
     model = KeypointWalkersModel
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Log the clip of median error: image and reprojection, truth, reconstruction and average walker."""
+        """Log the clip with the median error: image, reprojection, ground truth, reconstruction and average walker."""
         sweep = inputs.sweep
         T = len(sweep.shown_true_mm)
         times = np.arange(T) / sweep.shown_rate_hz

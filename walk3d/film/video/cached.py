@@ -1,4 +1,4 @@
-"""Cache of the keypoints of a video as a table: a second run reads the table, not the film."""
+"""Cache of a video's keypoints as a table, so that a second run does not process the film again."""
 
 from __future__ import annotations
 
@@ -26,7 +26,9 @@ def keypoints_table(
     tell: Callable[[str], None],
     progress: Callable[[int, int], None],
 ) -> Path:
-    """Return the table of a video's keypoints: ``frame,person,<landmark>_x,<landmark>_y,<landmark>_visibility``.
+    """Return the path of the table of a video's keypoints.
+
+    Its columns are ``frame,person,<landmark>_x,<landmark>_y,<landmark>_visibility``.
 
     Parameters
     ----------
@@ -82,13 +84,13 @@ def keypoints_table(
 
 
 def copy(earlier: Path, folder: Path) -> None:
-    """Copy a table and the facts about its video to another folder."""
+    """Copy the table of keypoints and the file with facts about the video to another folder."""
     for name in (TABLE, ABOUT):
         shutil.copyfile(earlier / name, folder / name)
 
 
 def resampled_hz(folder: Path) -> float:
-    """Return frames per second of the even grid if the frames of the video were uneven, otherwise 0."""
+    """Return the frame rate, Hz, to which a video with non-uniform time stamps was resampled; 0 without resampling."""
     about = _about(folder)
     return float(str(about["frame_rate_hz"])) if about.get("uneven") else 0.0
 

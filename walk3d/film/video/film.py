@@ -1,4 +1,4 @@
-"""Keypoints of all people in a video: detection, tracking from frame to frame, and landmarks.
+"""Keypoints of all people in a video: detection of people, tracking from frame to frame, and landmarks.
 
 The landmarks of one frame give the square about the person in the next.  Every `DETECT_EVERY` frames, and whenever no
 person is tracked, the detector looks for others.
@@ -16,16 +16,19 @@ from pipeline.validation import InvalidInput
 from walk3d.film.video.pose import MIN_SCORE, Pose, silent
 
 DETECT_EVERY = 15
-"""Frames between two searches for people who are not tracked yet."""
+"""Number of frames between two searches for people who are not yet tracked."""
 MAX_PEOPLE = 4
 SAME_PERSON_SHARE = 0.25
-"""Share of the square's side, below which squares whose centres are this close belong to one person."""
+"""Distance between the centres of two squares below which both squares belong to the same person.
+
+It is relative to the side of the larger square.
+"""
 STEP_TOLERANCE = 0.2
-"""Relative deviation of a time step from the median, above which the frames are resampled to an even grid."""
+"""Relative deviation of a time step from the median step above which the video is resampled to uniform steps."""
 MAX_GAP_FRAMES = 3.0
-"""Longest gap, in steps, over which a keypoint is interpolated on that grid."""
+"""Longest gap, in steps of the uniform grid, over which keypoints are interpolated."""
 _SHOULDERS, _HIPS = slice(11, 13), slice(23, 25)
-"""Indices of these landmarks among the 33."""
+"""Indices of the shoulders and of the hips among the 33 landmarks."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +57,7 @@ class Filmed:
 
 
 def pictures(path: Path) -> Iterator[tuple[float, np.ndarray]]:
-    """Yield the time, s, and the upright RGB picture (H, W, 3) of each frame of a video.
+    """Yield the time, s, and the upright RGB image (H, W, 3) of each frame of a video.
 
     Raises
     ------
@@ -80,7 +83,7 @@ def pictures(path: Path) -> Iterator[tuple[float, np.ndarray]]:
 
 
 def numbered(path: Path, resampled_hz: float = 0.0) -> Iterator[tuple[int, np.ndarray]]:
-    """Yield the number and the picture of each frame of a video.
+    """Yield the index and the image of each frame of a video.
 
     Parameters
     ----------
@@ -101,7 +104,7 @@ def numbered(path: Path, resampled_hz: float = 0.0) -> Iterator[tuple[int, np.nd
 
 
 def frames_of(path: Path) -> tuple[int, float]:
-    """Return the stated number of frames, 0 if unknown, and the stated frames per second."""
+    """Return the number of frames, 0 if unknown, and the frame rate, Hz, that a video file states."""
     import cv2
 
     with silent():
@@ -112,7 +115,7 @@ def frames_of(path: Path) -> tuple[int, float]:
 
 
 def followed(path: Path, pose: Pose) -> Iterator[tuple[float, np.ndarray, dict[int, np.ndarray]]]:
-    """Yield the time, s, the picture, and the landmarks (33, 3) of all people by number, for each frame."""
+    """Yield, for each frame, its time, s, its image, and the landmarks (33, 3) of each tracked person."""
     regions: dict[int, np.ndarray] = {}
     next_number = 0
     for number, (time_s, picture) in enumerate(pictures(path)):
@@ -183,7 +186,9 @@ def keypoints_of(path: Path, pose: Pose, progress: Callable[[int], None] = lambd
 
 
 def frame_rate(times: np.ndarray, stated_hz: float) -> tuple[float, bool]:
-    """Return frames per second from time stamps (n,), s, and whether these are uneven; as stated without stamps.
+    """Return the frame rate, Hz, from time stamps (n,), s, and whether the stamps are non-uniform.
+
+    If the time stamps do not increase, the frame rate is the one that the file states.
 
     Examples
     --------
@@ -204,7 +209,7 @@ def frame_rate(times: np.ndarray, stated_hz: float) -> tuple[float, bool]:
 def on_even_grid(
     at: np.ndarray, person: np.ndarray, points: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return frames, people and points on whole frames, interpolated from those at times `at` (N,), in frames."""
+    """Return frame, person and points at whole frames, interpolated from points at fractional frames `at` (N,)."""
     parts = []
     for number in np.unique(person):
         rows = np.flatnonzero(person == number)

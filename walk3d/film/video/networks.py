@@ -1,4 +1,4 @@
-"""The two networks that detect people in pictures: fetched once from a published package, verified, and cached.
+"""The two networks that detect people in images: downloaded once from a published package, verified, and cached.
 
 They are those of MediaPipe Pose (Apache-2.0), extracted from its wheel, which cannot be installed together with numpy
 2.
@@ -19,7 +19,10 @@ from pipeline.validation import InvalidInput
 
 PACKAGE = "mediapipe==0.10.21"
 WHEEL = "mediapipe-0.10.21-cp311-cp311-manylinux_2_28_x86_64.whl"
-"""Wheel with the networks: all platforms have the same ones, but only this wheel's digest is known."""
+"""Wheel that contains the networks.
+
+The wheels of all platforms contain the same networks, but only this wheel's digest is known.
+"""
 WHEEL_SHA256 = "05dc4a9e593655a79558d05d6227d31018c2537a4bd3362b51e230cf22aecfe3"
 FILES = {
     "pose_detection.tflite": (
@@ -35,9 +38,9 @@ FILES = {
         "8707eef0533987efc5b155d64761eeb6e20793f50b9bd1a68dad1cf4719d0ed8",
     ),
 }
-"""Files, with their paths in the wheel and their sha256."""
+"""Files to extract, each with its path in the wheel and its SHA-256 digest."""
 CACHE = "GAIT_PIPELINE_CACHE"
-"""Environment variable that names the parent of the cache folder, in place of the user's cache."""
+"""Environment variable with the parent of the cache folder; the default is the user's cache."""
 WAIT_S = 600
 
 
@@ -48,7 +51,7 @@ def folder() -> Path:
 
 
 def networks(tell: Callable[[str], None] = lambda _: None) -> Path:
-    """Return the folder of the verified networks, which are fetched if they are missing.
+    """Return the folder of the verified networks, and download the networks if they are missing.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Overlay on the video: detected keypoints (dots) and the reprojection of the reconstructed walk (lines)."""
+"""Video overlay of the detected keypoints (dots) and the reprojection of the reconstructed walk (lines)."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from pipeline.validation import InvalidInput
 
 FOURCC = "mp4v"
 SIDE_COLOURS = {"left": "blue", "right": "orange", "middle": "silver"}
-"""Colours of bones by their side, as on the page of the walk."""
+"""Colours of bones on the left, on the right and in the middle, as on the page of the walk."""
 _WHITE, _BLACK = (255, 255, 255), (0, 0, 0)
 
 
 def side_of(joints: Iterable[str]) -> str:
-    """Return the side of a bone, or middle.
+    """Return the side of a bone: left, right or middle.
 
     Examples
     --------
@@ -35,7 +35,7 @@ def write_overlay(
     seen_px: Mapping[int, np.ndarray],
     drawn_px: Mapping[int, np.ndarray],
 ) -> None:
-    """Write the video with keypoints and skeleton drawn in the frames that have them.
+    """Write a copy of the video, with keypoints and skeleton drawn in all frames where they exist.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""People in one picture: a network that detects them, and one that places 33 landmarks on each.
+"""Detection of people in one image: one network finds people, and another network places 33 landmarks on each.
 
 Symbols
 -------
@@ -24,19 +24,19 @@ from walk3d.film.video.networks import FILES
 
 DETECTOR_PX, LANDMARK_PX = 224, 256
 GRIDS = ((28, 2), (14, 2), (7, 6))
-"""Cells along a side of each grid, and anchors per cell."""
+"""Number of cells along each side of a grid, and number of anchors per cell, for each of three grids."""
 MIN_SCORE = 0.5
 OVERLAP = 0.3
-"""Overlap of two squares above which their detections are one person."""
+"""Intersection over union of two boxes above which both detections belong to the same person."""
 MARGIN = 1.25
 LANDMARKS = 33
 AUXILIARY = (33, 34)
-"""Indices of the middle of the hips and of a point on the circle about the body, after the landmarks."""
+"""Indices, after the landmarks, of the midpoint of the hips and of a point on the circle around the body."""
 
 
 @contextmanager
 def silent() -> Iterator[None]:
-    """Suppress what libraries write to the standard error; their failures are still raised."""
+    """Suppress the messages of libraries on standard error; exceptions are still raised."""
     sys.stderr.flush()
     stderr, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, 2)
@@ -49,7 +49,7 @@ def silent() -> Iterator[None]:
 
 
 def anchors() -> np.ndarray:
-    """Return the centres (2254, 2) of the detector's anchors, as shares of its picture."""
+    """Return the centres (2254, 2) of the detector's anchors, as shares of the size of its input image."""
     parts = []
     for cells, times in GRIDS:
         middle = (np.arange(cells) + 0.5) / cells
@@ -59,13 +59,13 @@ def anchors() -> np.ndarray:
 
 
 def region_of(centre: np.ndarray, rim: np.ndarray) -> np.ndarray:
-    """Return the region about a circle given by its centre and a point above it on its rim, px."""
+    """Return the region around a circle that is given by its centre and a point on its rim above the centre, px."""
     away = rim - centre
     return np.array([*centre, 2.0 * MARGIN * np.hypot(*away), np.arctan2(away[0], -away[1])])
 
 
 def _to_square(region: np.ndarray, size: int) -> np.ndarray:
-    """Return the affine map (2, 3) from the picture to the upright square of a region."""
+    """Return the affine map (2, 3) from the image to the upright square of a region."""
     x, y, side, turn = region
     scale = size / side
     c, s = scale * np.cos(turn), scale * np.sin(turn)
@@ -74,7 +74,7 @@ def _to_square(region: np.ndarray, size: int) -> np.ndarray:
 
 
 class Pose:
-    """Both networks of the pose estimation, each on one thread.
+    """Detector of people and detector of landmarks; each network runs in one thread.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ class Pose:
         ]
 
     def detect(self, picture: np.ndarray, *, closer: bool = False) -> list[np.ndarray]:
-        """Return the regions of the people in an RGB picture (H, W, 3), the most certain first.
+        """Return the regions of the people in an RGB image (H, W, 3), sorted by decreasing confidence.
 
         If none is found, `closer` searches overlapping squares of half the side for smaller people.
         """
@@ -121,7 +121,7 @@ class Pose:
         return regions
 
     def _within(self, picture: np.ndarray, window: np.ndarray) -> list[np.ndarray]:
-        """Return the regions of the people in a square window of a picture, the most certain first."""
+        """Return the regions of the people in a square window of an image, sorted by decreasing confidence."""
         square = self._cv2.warpAffine(picture, _to_square(window, DETECTOR_PX), (DETECTOR_PX, DETECTOR_PX))
         raw, score = self._run(self._detector, square.astype(np.float32) / 127.5 - 1.0)
         sure = 1.0 / (1.0 + np.exp(-np.clip(score[:, 0], -50.0, 50.0)))
@@ -139,7 +139,7 @@ class Pose:
         return [region for _, region in people]
 
     def place(self, picture: np.ndarray, region: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
-        """Place the landmarks of the person in a region.
+        """Locate the landmarks of the person in a region of an image.
 
         Returns
         -------
@@ -163,13 +163,13 @@ class Pose:
 
 
 def _middles(extent: float, side: float) -> np.ndarray:
-    """Return the centres of windows that cover an extent, each overlapping the next by half or more."""
+    """Return the centres of windows along an extent; each window overlaps the next one by at least half."""
     spare = max(extent - side, 0.0)
     return extent / 2.0 + np.linspace(-spare / 2.0, spare / 2.0, 1 + int(np.ceil(2.0 * spare / side)))
 
 
 def _shared(box: np.ndarray, other: np.ndarray) -> float:
-    """Return the intersection of two boxes (left, top, right, bottom) over their union."""
+    """Return the intersection over union of two boxes (left, top, right, bottom)."""
     sides = np.minimum(box[2:], other[2:]) - np.maximum(box[:2], other[:2])
     both = np.prod(np.maximum(sides, 0.0))
     return both / max(np.prod(box[2:] - box[:2]) + np.prod(other[2:] - other[:2]) - both, 1e-12)

@@ -1,4 +1,4 @@
-"""Small copies of a film: key frames for the page, and a film for the recording."""
+"""Reduced copies of a film: key frames for the page, and a video for the recording."""
 
 from __future__ import annotations
 
@@ -13,23 +13,26 @@ import numpy as np
 from pipeline.validation import InvalidInput
 
 FILM_PX = 640
-"""Longer side of a picture of the small film, px."""
+"""Longer side of an image of the reduced video, px."""
 MAX_PICTURES = 300
-"""Largest number of pictures of the small film, which limits the memory to about 200 MB."""
+"""Maximum number of images of the reduced video, which limits the memory to about 200 MB."""
 FILM_QUALITY, FILM_SPEED = 60, 9
-"""Quality, 0 to 100, and speed, 0 to 10, of the AV1 encoder."""
+"""Quality, 0 to 100, and speed, 0 to 10, of the AV1 encoder for the reduced video."""
 MARGIN_SHARE = 0.2
 """Margin around the walker in key frames, as a share of the walker's height in the image."""
 KEY_PX = 360
 """Longer side of a key frame, px."""
 MAX_KEY_CHARACTERS = 590_000
-"""Largest total length of the key frames in base64."""
+"""Maximum total number of base64 characters of the key frames."""
 _COUNTS, _QUALITIES = (80, 40, 20, 10), (70, 50)
-"""Largest numbers and JPEG qualities of the key frames; the first that fit are used."""
+"""Maximum numbers of key frames, and JPEG qualities.
+
+The first combination within `MAX_KEY_CHARACTERS` is used.
+"""
 
 
 def thinned(numbers: Sequence[int] | np.ndarray, most: int) -> np.ndarray:
-    """Return at most this many of the numbers, evenly spaced.
+    """Return every k-th number, with the smallest k that leaves `most` numbers or fewer.
 
     Examples
     --------
@@ -40,7 +43,7 @@ def thinned(numbers: Sequence[int] | np.ndarray, most: int) -> np.ndarray:
 
 
 def small_pictures(frames: Iterable[tuple[int, np.ndarray]], numbers: np.ndarray) -> dict[int, np.ndarray]:
-    """Return small pictures (h, w, 3), blue, green and red, of a film by number; sides are even.
+    """Return reduced BGR images (h, w, 3) of the given frames of a film, by frame index; height and width are even.
 
     Parameters
     ----------
@@ -61,7 +64,7 @@ def small_pictures(frames: Iterable[tuple[int, np.ndarray]], numbers: np.ndarray
 
 
 def walkers_part(points_px: np.ndarray, size_px: np.ndarray) -> tuple[float, float, float, float]:
-    """Return left, top, right and bottom of the part of an image with the walker, as shares of its size.
+    """Return the part of an image that contains the walker: left, top, right and bottom, as shares of the image size.
 
     Parameters
     ----------
@@ -77,7 +80,7 @@ def walkers_part(points_px: np.ndarray, size_px: np.ndarray) -> tuple[float, flo
 
 
 def key_frames(small: Mapping[int, np.ndarray], part: Sequence[float]) -> list[tuple[int, str]]:
-    """Return some pictures as numbers and JPEG in base64, at most `MAX_KEY_CHARACTERS` in all.
+    """Return key frames as pairs of frame index and JPEG in base64, at most `MAX_KEY_CHARACTERS` in all.
 
     Parameters
     ----------
@@ -112,7 +115,7 @@ def key_frames(small: Mapping[int, np.ndarray], part: Sequence[float]) -> list[t
 
 
 def film_of(pictures: Sequence[np.ndarray], frame_rate_hz: float) -> bytes:
-    """Return an MP4 film with AV1, which the viewer decodes without other programs.
+    """Return an MP4 video with the AV1 codec, which the viewer decodes without other programs.
 
     OpenCV writes AV1 as an animated AVIF alone.  This is an MP4 file whose track is declared as pictures; here it is
     declared as video.
@@ -146,7 +149,7 @@ def film_of(pictures: Sequence[np.ndarray], frame_rate_hz: float) -> bytes:
 
 
 def _shrunk(picture: np.ndarray, side: int) -> np.ndarray:
-    """Return a picture (H, W, 3) whose longer side is at most `side`; both sides are even."""
+    """Return an image (H, W, 3), reduced so that its longer side is at most `side`; both sides are even."""
     import cv2
 
     scale = min(side / max(picture.shape[:2]), 1.0)

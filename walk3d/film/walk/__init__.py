@@ -1,4 +1,4 @@
-"""Reconstruction of a 3D walk with error bars from 2D keypoints of one camera.
+"""Reconstruction of a 3D walk, with error bars, from the 2D keypoints of one camera.
 
 Order of use: `train` learns the model of walkers, `prepare` adds a detector, `reconstruct` fits keypoints.
 

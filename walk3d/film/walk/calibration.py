@@ -1,4 +1,4 @@
-"""Calibration of error bars: multipliers learnt on people who were left out of the model.
+"""Calibration of error bars by multipliers that are learnt on people who were left out of the model.
 
 The posterior's standard deviations are multiplied so that bars of each level cover that share of the errors of
 left-out people.  Joints have multipliers by group and camera axis, angles by kind.
@@ -17,29 +17,35 @@ from walk3d.film.walk.sagittal_angles import ANGLES, KINDS
 
 LEVELS = (0.5, 0.8, 0.95)
 NORMAL = (0.6744897501960817, 1.2815515655446004, 1.959963984540054)
-"""Half widths of a normal distribution's central intervals at these levels, in standard deviations."""
+"""Half widths, in standard deviations, of the central intervals of a normal distribution at each of `LEVELS`."""
 GROUPS = ("head", "sternum", "shoulder", "elbow", "wrist", "hip", "knee", "ankle")
-"""Groups of joints; the pelvis is the origin and has no bar."""
+"""Groups of joints with common multipliers; the pelvis is the origin and has no error bar."""
 GROUP_OF = np.array([
     -1 if joint == "pelvis" else GROUPS.index(joint.split("_")[-1]) for joint in WALKER15.joints
 ])  # fmt: skip
 KIND_OF = np.array([KINDS.index(name.split("_")[-1]) for name in ANGLES])
 CYCLE_KINDS = (*EVENTS, *SIDED, *(f"{kind}_difference" for kind in SIDED), *WHOLE)
-"""Kinds of gait-cycle quantities: event times, numbers of either side, their differences, numbers of the walk."""
+"""Kinds of gait-cycle quantities.
+
+In order: event times, numbers of one side, left-right differences of these numbers, numbers of the whole walk.
+"""
 CYCLE_KIND_OF = np.array([
     CYCLE_KINDS.index(f"{kind}_{side}" if side == "difference" else kind) for kind, side in NUMBERS
 ])  # fmt: skip
 VIEW_EXTRA_RAD = np.radians(2.5)
-"""Standard deviation added to that of the heading: people walk a few degrees crabwise."""
+"""Standard deviation, rad, added in quadrature to the heading's, since people walk a few degrees crabwise."""
 CADENCE_EXTRA = 0.005
-"""Relative standard deviation added to that of the cadence."""
+"""Relative standard deviation, added in quadrature to the relative standard deviation of the cadence."""
 AS_OURS, ANYBODY = "measured_as_ours", "anybody"
-"""Kinds of bars: for a person of one of the model's laboratories, and for a person of any other laboratory."""
+"""Kinds of error bars.
+
+The first is for people from the model's own laboratories, the second for people from any other laboratory.
+"""
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """Multipliers of error bars.
+    """Multipliers that scale standard deviations to calibrated error bars.
 
     Attributes
     ----------
@@ -61,7 +67,7 @@ class Calibration:
 
 @dataclass(frozen=True)
 class StandardErrors:
-    """Errors of one clip, divided by their standard deviations.
+    """Errors of one clip, divided by the standard deviations of the posterior.
 
     Attributes
     ----------
@@ -84,13 +90,13 @@ class StandardErrors:
 
     @property
     def cycle(self) -> list[np.ndarray]:
-        """Absolute errors by `CYCLE_KINDS`."""
+        """Absolute standardised errors of gait-cycle quantities, in the order of `CYCLE_KINDS`."""
         rest = range(len(EVENTS), len(CYCLE_KINDS))
         return [np.abs(z) for z in (*self.events, *(self.numbers[k == CYCLE_KIND_OF] for k in rest))]
 
 
 def learn(clips: Sequence[StandardErrors]) -> Calibration:
-    """Learn multipliers from the standardised errors in clips of left-out people."""
+    """Learn the multipliers of error bars from the standardised errors in clips of left-out people."""
     joints_off = np.abs(np.concatenate([clip.joints for clip in clips]))
     angles_off = np.abs(np.concatenate([clip.angles for clip in clips]))
     joints = np.empty((len(GROUPS), 3, len(LEVELS)))
@@ -106,15 +112,15 @@ def learn(clips: Sequence[StandardErrors]) -> Calibration:
 
 
 def joint_half_widths(calibration: Calibration, sd_mm: np.ndarray, level: int) -> np.ndarray:
-    """Return half widths (…, 15, 3) of joint bars at one of `LEVELS`, from standard deviations (…, 15, 3)."""
+    """Return half widths (…, 15, 3) of joint error bars at one of `LEVELS`, from standard deviations (…, 15, 3)."""
     return sd_mm * calibration.joints[GROUP_OF][:, :, level] * NORMAL[level]
 
 
 def angle_half_widths(calibration: Calibration, sd_rad: np.ndarray, level: int) -> np.ndarray:
-    """Return half widths (…, 11) of angle bars at one of `LEVELS`, from standard deviations (…, 11)."""
+    """Return half widths (…, 11) of angle error bars at one of `LEVELS`, from standard deviations (…, 11)."""
     return sd_rad * calibration.angles[KIND_OF][:, level] * NORMAL[level]
 
 
 def cycle_half_widths(calibration: Calibration, sd: np.ndarray, level: int) -> np.ndarray:
-    """Return half widths (…, 25) of the bars of `NUMBERS` at one of `LEVELS`, from standard deviations (…, 25)."""
+    """Return half widths (…, 25) of error bars of `NUMBERS` at one of `LEVELS`, from standard deviations (…, 25)."""
     return sd * calibration.cycle[CYCLE_KIND_OF][:, level] * NORMAL[level]

@@ -1,4 +1,4 @@
-"""Events and numbers of the gait cycle, with derivatives with respect to the walker.
+"""Events and gait numbers of the average gait cycle, with derivatives with respect to the walker's coefficients.
 
 A foot's contact is soon after its ankle is farthest in front of the pelvis.  Its toe-off is soon after the ankle is
 farthest behind [Zeni 2008; of ankles from keypoints: Stenum 2021].  The walker is periodic: one average cycle.
@@ -24,31 +24,34 @@ from walk3d.film.walk.training import BLOCKS, SIZE
 
 EVENTS = ("contact", "toe_off")
 EVENT_DELAYS = (0.032, 0.012)
-"""Delays of the events after the ankle's turning points, as shares of a cycle.
+"""Delay of each event after the nearest turning point of the ankle, as a share of the cycle.
 
 They are means of 54 events that a laboratory marked for 12 children.  They predict the other events of these children
 with a median error of 7 and 11 ms (`tests/benchmarks/gait_events.py`)."""
 SIDED = ("step_time", "stance", "step_length", "hip_most", "hip_least", "knee_most", "knee_least")
-"""Numbers of either side: s, share of the cycle, mm, rad; ``most`` and ``least`` are extremes of an angle."""
+"""Gait numbers of one side, in s, shares of the cycle, mm, or rad.
+
+``most`` and ``least`` are the maximum and the minimum of an angle.
+"""
 WHOLE = ("stride_time", "double_support", "stride_length", "step_width")
-"""Numbers of the walk: s, share of the cycle, mm, mm."""
+"""Gait numbers of the whole walk, in s, share of the cycle, mm, and mm."""
 NUMBERS = (
     *((kind, side) for kind in SIDED for side in (*SIDES, "difference")),
     *((kind, "") for kind in WHOLE),
 )
-"""Kind and side of every number; a difference is left minus right."""
+"""Kind and side of each gait number; ``difference`` is left minus right."""
 _STEPS = 4
-"""Number of Newton steps, starting within a degree of the root."""
+"""Number of Newton steps towards the phase of an event, from a start within a degree of the solution."""
 _GRID = equal_phases(360)
 _BASIS = cycle_basis(_GRID, BLOCKS)
 _ORDER = np.repeat(np.arange(BLOCKS // 2 + 1), 2)[1:]
-"""Harmonic (9,) of each coefficient."""
+"""Harmonic (9,) to which each Fourier coefficient belongs."""
 _ANGLES = [ANGLES.index(f"{side}_{kind}") for kind in ("hip", "knee") for side in SIDES]
 
 
 @dataclass(frozen=True)
 class GaitCycle:
-    """Events and numbers of one average cycle.
+    """Events and gait numbers of the average gait cycle of one walk.
 
     Attributes
     ----------
@@ -68,14 +71,17 @@ class GaitCycle:
 
 
 def _product(factor: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return the product of two numbers; each is an array (408,) of a value and its derivatives."""
+    """Return the product of two quantities; each quantity is an array (408,) of a value and its derivatives."""
     product = factor[0] * other + other[0] * factor
     product[0] = factor[0] * other[0]
     return product
 
 
 def _at(walker: np.ndarray, joint: int, axis: int, psi: np.ndarray) -> np.ndarray:
-    """Return a joint's coordinate at a phase; both are arrays (408,) of a value and its derivatives."""
+    """Return a joint's coordinate at a phase.
+
+    Coordinate and phase are arrays (408,) of a value and its derivatives.
+    """
     basis, along = cycle_basis(psi[0], BLOCKS), walker[joint, axis]
     coordinate = (cycle_slope(psi[0], BLOCKS) @ along) * psi
     coordinate[0] = basis @ along
@@ -84,7 +90,10 @@ def _at(walker: np.ndarray, joint: int, axis: int, psi: np.ndarray) -> np.ndarra
 
 
 def _event(walker: np.ndarray, ankle: int, sign: float, later: float) -> np.ndarray:
-    """Return the phase of an event, with derivatives: soon after an ankle is farthest in front (sign 1) or behind."""
+    """Return the phase of an event and its derivatives, as an array (408,).
+
+    The event comes soon after the ankle is farthest in front (sign 1) or farthest behind (sign -1).
+    """
     y = walker[ankle, 1] - walker[PELVIS, 1]
     psi = _GRID[np.argmax(np.round(sign * (_BASIS @ y), 6))]
     for _ in range(_STEPS):
@@ -100,14 +109,14 @@ def _event(walker: np.ndarray, ankle: int, sign: float, later: float) -> np.ndar
 
 
 def _share(later: np.ndarray, earlier: np.ndarray) -> np.ndarray:
-    """Return the share of the cycle from the earlier to the next later phase, with derivatives."""
+    """Return the share of the cycle from one phase to the next occurrence of another phase, with its derivatives."""
     share = (later - earlier) / (2.0 * np.pi)
     share[0] %= 1.0
     return share
 
 
 def gait_cycle(walker: np.ndarray, frequency_hz: float, belt: np.ndarray) -> GaitCycle:
-    """Return the events and numbers of a walker's cycle.
+    """Return the events and gait numbers of a walker's average cycle.
 
     Parameters
     ----------
@@ -157,14 +166,14 @@ def gait_cycle(walker: np.ndarray, frequency_hz: float, belt: np.ndarray) -> Gai
 
 
 def deviations(slopes: np.ndarray, covariance: np.ndarray) -> np.ndarray:
-    """Return standard deviations (…) of numbers with derivatives (…, 407)."""
+    """Return standard deviations (…) of quantities from their derivatives (…, 407) and a covariance (407, 407)."""
     return np.sqrt(np.maximum(((slopes @ covariance) * slopes).sum(axis=-1), 0.0))
 
 
 def event_times(
     cycle: GaitCycle, covariance: np.ndarray, phase_rad: float, frequency_hz: float, times: np.ndarray
 ) -> list[list[tuple[np.ndarray, np.ndarray]]]:
-    """Return contact and toe-off times of each foot in a clip, and their standard deviations, s.
+    """Return the contact and toe-off times of each foot in a clip, s, and the standard deviations of these times, s.
 
     Parameters
     ----------
@@ -199,7 +208,7 @@ def event_times(
 def angle_curves(
     walker: np.ndarray, covariance: np.ndarray, cycle: GaitCycle, count: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return angles (2, K, 11) from each foot's contact to its next, and their standard deviations, rad.
+    """Return angles (2, K, 11), rad, from each foot's contact to its next contact, and their standard deviations.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Errors of a reconstructed walk and of two baselines against ground truth."""
+"""Errors, against the ground truth, of a reconstructed walk and of two baselines."""
 
 from __future__ import annotations
 
@@ -19,34 +19,37 @@ from walk3d.film.walk.view import level_axes
 
 _HIPS = [LEFT_LEG[0], RIGHT_LEG[0]]
 SCORED = [joint for joint in range(len(WALKER15.joints)) if joint != PELVIS]
-"""Joints that have errors: all but the pelvis, which is the origin."""
+"""Joints whose errors count: all joints except the pelvis, which is the origin."""
 _MIN_SD_MM = 1e-9
 
 
 def level_angles(positions_mm: np.ndarray, heading_rad: np.ndarray | float) -> np.ndarray:
-    """Return the joint angles (T, 11), rad, of positions (T, 15, 3) in level camera axes and headings (T,)."""
+    """Return joint angles (T, 11), rad, from positions (T, 15, 3) in level camera axes and headings (T,), rad."""
     return sagittal_angles(positions_mm @ level_axes(heading_rad))
 
 
 def headings(reconstruction: Reconstruction) -> np.ndarray:
-    """Return the estimated headings (T,), rad."""
+    """Return the estimated headings (T,), rad, of all frames."""
     x = reconstruction.fit.x
     return x[HEADING] + x[TURN] * reconstruction.fit.times
 
 
 def fitted_scale(estimate_mm: np.ndarray, truth_mm: np.ndarray) -> float:
-    """Return the least-squares scale of an estimate: one camera cannot distinguish size from distance."""
+    """Return the factor that scales an estimate to the ground truth in the least-squares sense.
+
+    The scale is not counted as an error, because one camera cannot distinguish size from distance.
+    """
     return (estimate_mm * truth_mm).sum() / (estimate_mm**2).sum()
 
 
 def mean_distance_mm(estimate_mm: np.ndarray, truth_mm: np.ndarray) -> float:
-    """Return the mean distance of the joints, mm, with the estimate (T, 15, 3) scaled once to the ground truth."""
+    """Return the mean distance of joints from the ground truth, mm, after the estimate (T, 15, 3) is scaled once."""
     off = fitted_scale(estimate_mm, truth_mm) * estimate_mm - truth_mm
     return np.linalg.norm(off[:, SCORED], axis=-1).mean()
 
 
 def joint_errors(reconstruction: Reconstruction, truth_mm: np.ndarray) -> np.ndarray:
-    """Return errors (T, 15, 3) divided by the posterior's standard deviations; 0 for the pelvis."""
+    """Return joint errors (T, 15, 3), divided by the posterior's standard deviations; 0 for the pelvis."""
     estimate, sd = reconstruction.posterior.positions_mm, reconstruction.posterior.sd_mm
     scale = fitted_scale(estimate, truth_mm)
     return (scale * estimate - truth_mm) / np.maximum(scale * sd, _MIN_SD_MM)
@@ -55,7 +58,7 @@ def joint_errors(reconstruction: Reconstruction, truth_mm: np.ndarray) -> np.nda
 def event_errors(
     reconstruction: Reconstruction, truth_mm: np.ndarray, heading_rad: float
 ) -> list[np.ndarray]:
-    """Return errors of contact and of toe-off times: two of (n, 2), in s and in standard deviations.
+    """Return the errors of contact times and of toe-off times, each (n, 2): in seconds, and in standard deviations.
 
     Each true event, from a spline through the recorded ankles, is compared with the nearest estimate.  Both feet are
     pooled.
@@ -80,21 +83,21 @@ def event_errors(
 
 
 def number_errors(reconstruction: Reconstruction, walk: TrainingWalk) -> np.ndarray:
-    """Return errors (25,) of the gait-cycle numbers against those of the recorded walk, in standard deviations."""
+    """Return the errors (25,) of the gait numbers relative to the recorded walk, in standard deviations."""
     truth = gait_cycle(walk.walker, walk.frequency_hz, stance_rows(walk.walker)[1])
     off = reconstruction.cycle.values - truth.values
     return off / deviations(reconstruction.cycle.slopes, reconstruction.posterior.covariance)
 
 
 def average_walker_mm(reconstruction: Reconstruction) -> np.ndarray:
-    """Return the baseline of the average walker (T, 15, 3) with the estimated heading, phase and frequency."""
+    """Return a baseline (T, 15, 3), mm: the average walker with the estimated heading, phase and frequency."""
     return relative_positions(
         reconstruction.fit.objective.prior.model.mean, reconstruction.fit.x, reconstruction.fit.times
     )
 
 
 def image_kept_mm(reconstruction: Reconstruction) -> np.ndarray:
-    """Return the baseline of the observed image with the average walker's depth (T, 15, 3).
+    """Return a baseline (T, 15, 3), mm: the observed positions in the image with the average walker's depth.
 
     Missing keypoints are those of the average walker.  The origin is the pelvis, or the middle of the hips if the
     pelvis is never seen.
@@ -126,7 +129,7 @@ def standard_errors(
     walk: TrainingWalk,
     events: list[np.ndarray],
 ) -> StandardErrors:
-    """Return all errors of a clip in standard deviations, from its true positions, heading, walk and event errors."""
+    """Return all errors of a clip relative to its ground truth, in standard deviations."""
     x, posterior = reconstruction.fit.x, reconstruction.posterior
     off = x[HEADING] - heading_rad
     away = [np.arctan2(np.sin(off), np.cos(off)), x[LOG_F] - np.log(walk.frequency_hz)]

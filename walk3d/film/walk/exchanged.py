@@ -1,4 +1,6 @@
-"""Frames in which a detector exchanged left and right: the cheapest sequence of labels, for legs and arms separately.
+"""Frames in which a detector exchanged left and right, from the labels with the smallest total cost.
+
+Legs and arms have separate labels.
 
 A frame's labels are either as detected or exchanged; changing between the two costs `SWITCH`.
 """
@@ -13,13 +15,15 @@ LIMBS = {
     "legs": list(zip(LEFT_LEG, RIGHT_LEG, strict=True)),
     "arms": [(WALKER15.index(f"left_{j}"), WALKER15.index(f"right_{j}")) for j in ("shoulder", "elbow", "wrist")],
 }  # fmt: skip
-"""Pairs of left and right joints that a detector exchanges together."""
+"""Pairs of left and right joints that a detector exchanges together, for the legs and for the arms."""
 SWITCH = 14.0
-"""Cost of one change between detected and exchanged labels: twice a negative log probability."""
+"""Cost of one change from detected to exchanged labels, or back: twice a negative log probability."""
 
 
 def cheapest_labels(unchanged: np.ndarray, exchanged: np.ndarray) -> np.ndarray:
-    """Return the frames (T,) bool to be exchanged, from costs (T,) of detected and of exchanged labels.
+    """Return the mask (T,) of frames whose labels should be exchanged.
+
+    The arguments are the costs (T,) of the detected and of the exchanged labels.
 
     Examples
     --------
@@ -41,7 +45,7 @@ def cheapest_labels(unchanged: np.ndarray, exchanged: np.ndarray) -> np.ndarray:
 
 
 def exchange(values: np.ndarray, frames: dict[str, np.ndarray]) -> np.ndarray:
-    """Return keypoints or weights (T, 15, …) with left and right exchanged in the frames (T,) of each limb pair."""
+    """Return keypoints or weights (T, 15, …) with left and right exchanged in the frames (T,) given for each limb."""
     which = np.zeros(values.shape[:2], bool)
     for limb, pairs in LIMBS.items():
         which[:, np.ravel(pairs)] = frames[limb][:, None]
@@ -49,5 +53,5 @@ def exchange(values: np.ndarray, frames: dict[str, np.ndarray]) -> np.ndarray:
 
 
 def exchange_all(values: np.ndarray) -> np.ndarray:
-    """Return keypoints or weights (T, 15, …) with left and right exchanged throughout."""
+    """Return keypoints or weights (T, 15, …) with left and right exchanged in all frames."""
     return values[:, list(WALKER15.mirror)]

@@ -1,4 +1,4 @@
-"""Reconstruction of a film of one person: walking parts, their verdicts, and the frame rate.
+"""Reconstruction of one person's walking from the keypoints of a film: stretches, verdicts and frame rate.
 
 Standing before and after a walk is left out, and a path is cut where it turns.  If a stretch is not a walk as a whole,
 windows of it are tried.  If no stretch is a walk at the stated frame rate, other rates are tried.
@@ -21,33 +21,39 @@ from walk3d.film.walk.tracks import moving_parts, straight_stretches
 from walk3d.film.walk.verdict import MAX_DISTANCE, SLOW_STRIDE_HZ, Judgement, Verdict, judge
 
 MAX_STRETCH_S = 20.0
-"""Longest stretch that is reconstructed; a longer one is cut to its middle part."""
+"""Maximum duration of a reconstructed stretch, s; longer stretches are cut to their middle part."""
 MAX_STRETCHES = 4
 WINDOW_S, MAX_WINDOWS = 3.0, 12
-"""Length and largest number of windows of a stretch that is not a walk as a whole; windows overlap by half."""
+"""Duration, s, and maximum number of windows that divide a stretch that as a whole is not a walk.
+
+Neighbouring windows overlap by half.
+"""
 MIN_WINDOW_STRIDES = 1.5
-"""Fewest strides of an accepted window: among many windows one may fit a single stride by chance."""
+"""Minimum number of strides of an accepted window; with many windows, a single stride may fit by chance."""
 DISTANCE_FACTOR = 2.0
-"""Factor on the largest distance of a walk, above which windows and other frame rates are not refined."""
+"""Multiple of `MAX_DISTANCE` above which windows, and stretches at other frame rates, are not refined."""
 HEADING_TOLERANCE_RAD = np.radians(40.0)
-"""Difference in heading below which neighbouring windows are joined."""
+"""Difference in heading, rad, below which neighbouring windows are joined."""
 ALTERNATIVE_RATES = (2.0, 4.0, 0.5)
-"""Factors on the frame rate that are tried if no person walks: slow motion, and doubled or halved rates.
+"""Factors on the frame rate that are tried without a clear walk: slow motion, and doubled or halved frame rates.
 
 The walk with the smallest residual is chosen.  The last factor is tried only if no other gives a walk."""
 MAX_RETRIED_STRETCHES = 2
-"""Largest number of stretches that are tried at each of these rates."""
+"""Maximum number of stretches that are tried at each alternative frame rate."""
 MAX_RESIDUAL_SHARE = 0.6
-"""Share of the residual of a doubtful or very short walk, below which a walk at another frame rate replaces it."""
+"""Ratio of residuals below which a walk at another frame rate replaces a doubtful or very short walk.
+
+The ratio is the residual of the walk at the other frame rate over that of the doubtful or very short walk.
+"""
 PERIOD_TOLERANCE = 0.1
-"""Relative difference below which two stride periods, in frames, are equal."""
+"""Relative difference below which two stride periods, in frames, count as equal."""
 RATE_STRIDE_HZ, RATE_STRIDES = (0.7, 1.3), 2.0
-"""Range of strides per second, and fewest strides, of an accepted walk at another frame rate."""
+"""Range of stride frequencies, Hz, and minimum number of strides of a walk at another frame rate."""
 
 
 @shortened
 class Stretch:
-    """One straight stretch of a person's path.
+    """One straight stretch of a person's path, with its reconstruction and verdict.
 
     Attributes
     ----------
@@ -71,17 +77,17 @@ class Stretch:
 
     @property
     def frames(self) -> np.ndarray:
-        """Frame numbers (T,) in the video."""
+        """Indices (T,) of the frames in the video."""
         return np.arange(self.first_frame, self.last_frame + 1)
 
     @property
     def walks(self) -> bool:
-        """True if this is or may be a walk."""
+        """True if the stretch is or may be a walk."""
         return self.judgement.verdict != Verdict.not_a_walk
 
     @property
     def fitted(self) -> Reconstruction:
-        """Reconstruction of a stretch that has one, as every possible walk does."""
+        """Reconstruction of the stretch; it exists if the stretch is or may be a walk."""
         assert self.reconstruction is not None
         return self.reconstruction
 
@@ -116,7 +122,10 @@ class Film:
     focal_sd: float = FOCAL_SD
 
     def stretch(self, start: int, stop: int, *, quick: bool = False) -> Stretch:
-        """Reconstruct frames `start` to `stop` (exclusive); `quick` skips exchanged labels and distant images."""
+        """Reconstruct the frames from `start` to `stop` (exclusive).
+
+        With `quick`, exchanged labels are not tried, and images that are far from all walkers are not refined.
+        """
         pixels = self.pixels[start:stop]
         reconstruction, together = None, False
         try:
@@ -140,7 +149,10 @@ class Film:
         return Stretch(first, last, pixels, reconstruction, judgement, together)
 
     def parts(self) -> list[tuple[int, int]]:
-        """Return the parts with moving legs and a straight path: frames from and to (exclusive), the longest first."""
+        """Return the parts in which the legs move on a straight path, the longest first.
+
+        A part is its first frame and the frame after its last.
+        """
         parts = []
         for start, stop in moving_parts(self.pixels, self.frame_rate_hz):
             straight = straight_stretches(
@@ -150,7 +162,9 @@ class Film:
         return sorted(parts, key=lambda part: (part[0] - part[1], part[0]))
 
     def walking_parts(self, start: int, stop: int) -> list[Stretch]:
-        """Return the walking parts of frames that are not a walk as a whole, such as a turn while the camera follows.
+        """Return the stretches of walking within frames that are not a walk as a whole.
+
+        An example is a turn while the camera follows.
 
         Windows are reconstructed separately; neighbouring walks with one heading are joined.
         """
@@ -183,7 +197,7 @@ class Film:
 
 @dataclass(frozen=True)
 class FilmResult:
-    """Reconstructed stretches of a film of one person.
+    """Reconstructed stretches of one person in a film.
 
     Attributes
     ----------
@@ -201,18 +215,18 @@ class FilmResult:
 
     @property
     def walks(self) -> bool:
-        """True if one of the stretches is or may be a walk."""
+        """True if at least one stretch is or may be a walk."""
         return any(stretch.walks for stretch in self.stretches)
 
 
 def best_of(stretches: Sequence[Stretch]) -> Stretch:
-    """Return the first of the stretches with the best verdict."""
+    """Return the stretch with the best verdict; if several have the same verdict, the first one."""
     order = list(Verdict)
     return min(stretches, key=lambda stretch: order.index(stretch.judgement.verdict))
 
 
 def reconstruct_film(film: Film) -> FilmResult:
-    """Find, reconstruct and judge the walking in a film; without a clear walk, also at other frame rates.
+    """Find, reconstruct and judge the walking in a film; other frame rates are tried if there is no clear walk.
 
     A very slow walk is replaced by one at another rate if that fits better and has another period: in slow motion from
     the front, a step may pass for a stride.  With the same period it stays, because it may be slow.  A doubtful or very
@@ -253,7 +267,7 @@ def reconstruct_film(film: Film) -> FilmResult:
 
 
 def _residual_px(stretch: Stretch) -> float:
-    """Return the residual of a clear walk of usual cadence, px; infinity for anything else."""
+    """Return the residual, px, if the stretch is a clear walk of usual cadence; otherwise infinity."""
     plain = (
         stretch.judgement.verdict == Verdict.walk
         and stretch.fitted.strides >= RATE_STRIDES
@@ -263,7 +277,7 @@ def _residual_px(stretch: Stretch) -> float:
 
 
 def _is_sure(stretch: Stretch) -> bool:
-    """Return whether this is a clear walk of more than a stride."""
+    """Return True if the stretch is a clear walk of at least `MIN_WINDOW_STRIDES` strides."""
     return stretch.judgement.verdict == Verdict.walk and stretch.fitted.strides >= MIN_WINDOW_STRIDES
 
 
@@ -278,7 +292,10 @@ def _doubted(stretch: Stretch, why: str) -> Stretch:
 
 
 def _reconstruct_parts(film: Film, quick: Stretch | None = None) -> FilmResult:
-    """Reconstruct the parts of a film; `quick` is reused for its part if no more was needed."""
+    """Reconstruct the parts of a film.
+
+    The stretch `quick` is reused for its part, unless exchanged labels must be tried.
+    """
     notes: list[str] = []
     T, first = len(film.pixels), film.first
     moving, parts = moving_parts(film.pixels, film.frame_rate_hz), film.parts()

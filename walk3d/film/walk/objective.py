@@ -1,4 +1,4 @@
-"""Cost function of the refinement, and its derivatives.
+"""Cost function of the refinement, with its gradient and Gauss-Newton matrix.
 
 Symbols
 -------
@@ -35,47 +35,56 @@ from walk3d.film.walk.view import pitched, to_level, to_walker
 
 X0, Y0, Z0, VX, VZ, HEADING, PITCH, PHASE, LOG_F, AX, AZ, TURN = range(SIZE, SIZE + 12)
 UNKNOWNS = SIZE + 12
-"""Number of unknowns without the three coefficients of each cosine and without the focal length."""
+"""Number of unknowns for a straight path and a known focal length.
+
+Each cosine of the path adds three coefficients; an unknown focal length adds one unknown.
+"""
 
 CYCLE = cycle_basis(equal_phases(PHASES), BLOCKS)
-"""Basis (20, 9) at the phases at which bone lengths are evaluated."""
+"""Fourier basis (20, 9) at the phases at which bone lengths are evaluated."""
 _MEAN = np.full(PHASES, 1.0 / PHASES)
 _AXES = np.triu_indices(3)
 _SYMMETRIC = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
-"""Index in `_AXES` of each pair of axes."""
+"""Index (3, 3) of each pair of axes in the list of pairs `_AXES`."""
 RIGHT, DOWN, AWAY, TURNED, LATER, PITCHED, NEARER = range(7)
-"""Directions d of the unknowns; the functions of time are 1, t, the bend, and cosines."""
+"""Directions d in which the unknowns move the points P.
+
+Each direction is multiplied by a function of time: 1, t, the bend, or a cosine.
+"""
 _ALONG = np.zeros((BLOCKS, BLOCKS))
-"""Map from a walker's coefficients to those of the derivative with respect to the phase."""
+"""Matrix that maps a walker's Fourier coefficients to those of the derivative with respect to the phase."""
 for _h in range(1, HARMONICS + 1):
     _ALONG[2 * _h - 1, 2 * _h], _ALONG[2 * _h, 2 * _h - 1] = _h, -_h
 _PAIRED = np.swapaxes(SIDES[..., None] * ENDS, 1, 2)
-"""Contribution (P, 15, 16) of each joint, by bone, to the left-right difference of each pair of bones."""
+"""Contribution (P, 15, 16) of each joint, through each bone, to the left-right difference of each pair of bones."""
 NU = 4.0
-"""Degrees of freedom of Student's t of the residuals."""
+"""Degrees of freedom of the Student's t distribution of the residuals."""
 PITCH_SD = np.radians(6.0)
 LOG_F_SD = 0.1
 ACCELERATION_SD = 150.0
 TURN_SD = np.radians(6.0)
 TREADMILL_SD = 100.0
-"""Standard deviation of the path's velocity on a treadmill, mm/s."""
+"""Standard deviation, per horizontal axis, of the velocity of the path on a treadmill, mm/s."""
 TIE_SD = (0.08, 40.0)
-"""Tolerance of path speed against belt speed: a share of the average walker's speed, plus mm/s."""
+"""Tolerance of the difference between path speed and belt speed.
+
+It is a share of the average walker's speed, plus a constant in mm/s.
+"""
 TIE_TIMES = (-0.35, 0.0, 0.35)
-"""Instants at which path and belt speed are compared, as shares of the clip."""
+"""Times at which path speed and belt speed are compared, as shares of the clip's duration."""
 FOCAL_SD = 0.35
-"""Standard deviation of the logarithm of an unknown focal length, about 0.75 of the image's longer side.
+"""Standard deviation of the logarithm of an unknown focal length around 0.75 of the image's longer side.
 
 Most cameras have 0.38 (wide) to 1.5 (long)."""
 WANDER_MM = 400.0
-"""Standard deviation of the slowest cosine's coefficient, mm; that of the k-th is 1 / k of it."""
+"""Standard deviation of the slowest cosine's coefficient, mm; the k-th cosine's is 1 / k of it."""
 MIN_DEPTH_MM = 200.0
-"""Minimum depth; nearer points are clamped."""
+"""Minimum depth, mm; points nearer to the camera are clamped."""
 
 
 @dataclass(frozen=True)
 class Keypoints:
-    """Keypoints of one person, as labelled or with some frames' labels exchanged.
+    """Keypoints of one person, with labels as detected or exchanged in some frames.
 
     Attributes
     ----------
@@ -90,23 +99,23 @@ class Keypoints:
 
     @cached_property
     def by_axis(self) -> np.ndarray:
-        """Pixels (2, 15, T)."""
+        """Pixels as an array (2, 15, T)."""
         return np.ascontiguousarray(self.pixels.T)
 
     @cached_property
     def by_joint(self) -> np.ndarray:
-        """Weights (15, T)."""
+        """Weights as an array (15, T)."""
         return np.ascontiguousarray(self.weights.T)
 
     @cached_property
     def seen(self) -> np.ndarray:
-        """Visibility (15, T) bool of each joint."""
+        """Mask (15, T) of the visible joints."""
         return self.by_joint > 0
 
 
 @dataclass(frozen=True)
 class Setting:
-    """Times, camera and path of a filmed walk.
+    """Times of the frames, camera and kind of path of a filmed walk.
 
     Attributes
     ----------
@@ -132,7 +141,7 @@ class Setting:
 
 @dataclass(frozen=True)
 class Noise:
-    """Scale of the residuals, and the number of residuals that count as one.
+    """Scale of the residuals, and number of residuals that count as one independent residual.
 
     Attributes
     ----------
@@ -145,7 +154,7 @@ class Noise:
 
 @dataclass(frozen=True)
 class Quadratic:
-    """Cost J at a point, half its gradient and half its Gauss-Newton matrix.
+    """Cost J for some unknowns, half its gradient and half its Gauss-Newton matrix.
 
     Attributes
     ----------
@@ -161,19 +170,19 @@ class Quadratic:
 
 
 def point_costs(residual: np.ndarray, sigma_px: float, nu: float = NU) -> np.ndarray:
-    """Return the costs (…) of residuals (2, …) under Student's t: twice a negative log probability."""
+    """Return the costs (…) of residuals (2, …), px: twice the negative log probability under Student's t."""
     return (nu + 2.0) * np.log1p((residual[0] ** 2 + residual[1] ** 2) / (nu * sigma_px**2))
 
 
 def wander_basis(times: np.ndarray, cosines: int) -> np.ndarray:
-    """Return cosines (T, n) of 1, 2, … half periods over the clip, each with mean zero."""
+    """Return cosines (T, n) with 1, 2, … half periods over the clip; each cosine has mean zero."""
     share = (times - times[0]) / (times[-1] - times[0])
     waves_of_path = np.cos(np.pi * share[:, None] * np.arange(1, cosines + 1))
     return waves_of_path - waves_of_path.mean(axis=0)
 
 
 class Iterate:
-    """Unknowns, and the intermediate results of J, computed once.
+    """Unknowns of J, and intermediate results for these unknowns that are computed once.
 
     Attributes
     ----------
@@ -202,23 +211,27 @@ class Iterate:
         self.image = objective.focal_px(x) * self.tangent
 
     def along(self, basis: np.ndarray) -> np.ndarray:
-        """Return the walker (3, 15, T) in level camera axes for a basis (9, T) of time."""
+        """Return the walker (3, 15, T), mm, in level camera axes, for a basis (9, T) at the times of the frames."""
         in_walker_axes = (self.x[:SIZE].reshape(-1, BLOCKS) @ basis).reshape(JOINTS, 3, -1)
         return to_level(in_walker_axes.swapaxes(0, 1), self.heading)
 
     @cached_property
     def away(self) -> np.ndarray:
-        """Deviation W' - m of the walker from the mean, (405,)."""
+        """Deviation W' - m (405,) of the walker from the mean of the prior, mm."""
         return self.x[:SIZE] - self.objective.prior.mean.ravel()
 
     @cached_property
     def pull(self) -> np.ndarray:
-        """Half the gradient of the walker's prior, P0 (W' - m), (405,)."""
+        """Half the gradient (405,) of the prior's cost of the walker: P0 (W' - m)."""
         return self.objective.prior.precision @ self.away
 
     @cached_property
     def lengths(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Bones (16, 3, K), their lengths (16, K), deviations from the mean lengths, and left minus right (P,)."""
+        """Bones (16, 3, K) at K phases, mm, with their lengths and differences of lengths.
+
+        In order: bones, lengths (16, K), deviations from the mean lengths (16, K), left minus right mean
+        lengths (P,).
+        """
         bones = (ENDS @ self.x[:SIZE].reshape(JOINTS, -1)).reshape(-1, BLOCKS)
         along = (bones @ CYCLE.T).reshape(len(BONES), 3, PHASES)
         length = np.sqrt(along[:, 0] ** 2 + along[:, 1] ** 2 + along[:, 2] ** 2)
@@ -227,7 +240,7 @@ class Iterate:
 
     @cached_property
     def ties(self) -> tuple[np.ndarray, np.ndarray]:
-        """Path velocity minus belt velocity at three instants, (6,), and its derivatives (6, 417)."""
+        """Path velocity minus belt velocity at three times, (6,), mm/s, and its derivatives (6, 417)."""
         x, belt = self.x, self.objective.prior.belt
         omega = 2.0 * np.pi * np.exp(x[LOG_F])
         speed = omega * (belt @ x[:SIZE])
@@ -248,7 +261,7 @@ class Iterate:
 
     @cached_property
     def prior_cost(self) -> float:
-        """Cost J without the data."""
+        """Part of the cost J that does not depend on the keypoints."""
         objective = self.objective
         _, _, off, asymmetry = self.lengths
         cost = self.away @ self.pull + objective.frequency_cost
@@ -260,7 +273,7 @@ class Iterate:
 
 
 class Objective:
-    """Cost function J of one clip for one initial frequency.
+    """Cost function J of one clip, for one initial stride frequency.
 
     Parameters
     ----------
@@ -315,26 +328,26 @@ class Objective:
         self.pair_weight = 1.0 / prior.pair_sd**2
 
     def at(self, x: np.ndarray) -> Iterate:
-        """Return the unknowns with their intermediate results."""
+        """Return the unknowns together with the intermediate results of J."""
         return Iterate(self, x)
 
     def camera_points(self, x: np.ndarray) -> np.ndarray:
-        """Return the points Q (T, 15, 3) in camera axes, mm."""
+        """Return the positions Q (T, 15, 3) of the joints in camera axes, mm."""
         at = self.at(x)
         return np.concatenate([at.tangent * at.depth, at.depth[None]]).T
 
     def path(self, x: np.ndarray) -> np.ndarray:
-        """Return the path (3, T) in level camera axes, mm."""
+        """Return the walker's path (3, T) in level camera axes, mm."""
         along = np.zeros((3, len(self._times)))
         along[self._direction[self._on_path], self._time[self._on_path]] = x[SIZE:][self._on_path]
         return along @ self._times
 
     def focal_px(self, x: np.ndarray) -> float:
-        """Return the focal length, px."""
+        """Return the focal length for the unknowns x, px."""
         return self.setting.focal_px * np.exp(x[-1]) if self.setting.focal_sd else self.setting.focal_px
 
     def moved(self, x: np.ndarray, step: np.ndarray) -> np.ndarray:
-        """Return the unknowns after a step.
+        """Return the unknowns after a step of the refinement.
 
         With an unknown focal length, the depths change with it, which keeps the size in the image beyond first order.
         """
@@ -345,20 +358,20 @@ class Objective:
         return unknowns
 
     def image(self, x: np.ndarray) -> np.ndarray:
-        """Return the image of the walker (T, 15, 2), px."""
+        """Return the projection of the walker into the image (T, 15, 2), px."""
         return self.at(x).image.T
 
     def residual(self, x: np.ndarray, keypoints: Keypoints) -> np.ndarray:
-        """Return the image of the walker minus keypoints (T, 15, 2), px."""
+        """Return the projection of the walker minus the keypoints (T, 15, 2), px."""
         return self.image(x) - keypoints.pixels
 
     def cost(self, at: Iterate, keypoints: Keypoints, noise: Noise) -> float:
-        """Return the cost J."""
+        """Return the cost J of the unknowns, given the keypoints and the noise."""
         costs = point_costs(at.image - keypoints.by_axis, noise.sigma_px, self.setting.nu)
         return np.vdot(costs, keypoints.by_joint) / noise.kappa + at.prior_cost
 
     def quadratic(self, at: Iterate, keypoints: Keypoints, noise: Noise) -> Quadratic:
-        """Return J, half its gradient and half its Gauss-Newton matrix."""
+        """Return the cost J, half its gradient and half its Gauss-Newton matrix."""
         blocks, border, corner = self._data_terms(at, keypoints, noise)
         matrix = np.empty((self.unknowns, self.unknowns), order="F")
         matrix[:SIZE, :SIZE], matrix[:SIZE, SIZE:] = self.prior.precision.T, 0.0
@@ -382,7 +395,9 @@ class Objective:
     def _data_terms(
         self, at: Iterate, keypoints: Keypoints, noise: Noise
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the data's part of the matrix: joints (15, 27, 27), q with walker, and q.
+        """Return the keypoints' contribution to the Gauss-Newton matrix.
+
+        In order: walker by joint (15, 27, 27), rows of q and columns of the walker, rows and columns of q.
 
         The last rows are those of the gradient.
         """
@@ -431,7 +446,10 @@ class Objective:
     def _add_lengths(
         self, at: Iterate, blocks: np.ndarray, gradient: np.ndarray, matrix: np.ndarray
     ) -> np.ndarray:
-        """Add the terms of bone lengths and the joints' blocks in place, and return the slopes of pairs (6, 417)."""
+        """Add the terms of bone lengths and the joints' blocks to gradient and matrix, in place.
+
+        Return the derivatives (P, 417) of the left-right differences.
+        """
         along, length, off, _ = at.lengths
         slope = ((along / length[:, None])[:, :, None] * CYCLE.T).reshape(len(BONES), 27, PHASES)
         mean = slope @ _MEAN

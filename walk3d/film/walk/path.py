@@ -1,4 +1,4 @@
-"""Distance and path of a walker in the image, in closed form, and what is left: the walk about its trunk.
+"""Distance and path of a walker in closed form, and the walk about the trunk after their removal.
 
 Symbols
 -------
@@ -22,17 +22,17 @@ TRUNK = [
     for j in ("sternum", "left_shoulder", "right_shoulder", "pelvis", "left_hip", "right_hip")
 ]
 MIN_VISIBLE_SHARE = 0.2
-"""Share of frames below which a joint counts as never seen."""
+"""Share of frames with a visible joint below which the joint counts as never seen."""
 
 
 def often_seen(weights: np.ndarray) -> np.ndarray:
-    """Return the joints (15,) bool that are seen often enough, by weights (T, 15)."""
+    """Return the mask (15,) of joints that are seen in a sufficient share of frames, from weights (T, 15)."""
     return (weights > 0).mean(axis=0) >= MIN_VISIBLE_SHARE
 
 
 @dataclass(frozen=True)
 class Path:
-    """Distance and path of a walker in the image.
+    """Distance and path of a walker, and the walk in the image after their removal.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class Path:
 
 
 def median_of_seen(values: np.ndarray, visible: np.ndarray) -> np.ndarray:
-    """Return medians (…) over the last axis of the visible values (…, n); each needs at least one."""
+    """Return the medians (…) of the visible values (…, n) over the last axis; each median needs a visible value."""
     ordered = np.sort(np.where(visible, values, np.inf))
     count = np.broadcast_to(visible, values.shape).sum(axis=-1, keepdims=True)
     middle = [np.take_along_axis(ordered, at // 2, axis=-1)[..., 0] for at in (count - 1, count)]
@@ -61,7 +61,10 @@ def median_of_seen(values: np.ndarray, visible: np.ndarray) -> np.ndarray:
 
 
 def _robust_regression(columns: np.ndarray, values: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Return coefficients (n,) of columns (T, n) by five rounds of Cauchy weights; the first column is constant."""
+    """Return the coefficients (n,) of a robust regression on columns (T, n), with five rounds of Cauchy weights.
+
+    The first column must be constant.
+    """
     robust = weights
     line = np.zeros(columns.shape[1])
     for _ in range(6):
@@ -74,7 +77,10 @@ def _robust_regression(columns: np.ndarray, values: np.ndarray, weights: np.ndar
 
 
 def image_scale(rows: np.ndarray, weights: np.ndarray, heights_mm: np.ndarray) -> np.ndarray:
-    """Return pixels per millimetre (T,) from the rows of joints (T, 15) over their heights (15,); 0 without joints."""
+    """Return the scale of the image (T,), pixels per mm, from image rows (T, 15) and heights (15,) of joints.
+
+    The scale is 0 in frames without joints.
+    """
     total = weights.sum(axis=1)
     z = heights_mm - (weights @ heights_mm / np.where(total > 0, total, 1.0))[:, None]
     return -(weights * z * rows).sum(axis=1) / np.maximum((weights * z**2).sum(axis=1), 1e-9)
@@ -83,7 +89,9 @@ def image_scale(rows: np.ndarray, weights: np.ndarray, heights_mm: np.ndarray) -
 def distance_profile(
     pixels: np.ndarray, weights: np.ndarray, times: np.ndarray, heights_mm: np.ndarray, cosines: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return distance over focal length as a line in time (2,), mm per pixel and per second, and by frame (T,).
+    """Return the distance over focal length as a line in time (2,) and in each frame (T,), mm per pixel.
+
+    The slope of the line is in mm per pixel and second.
 
     Parameters
     ----------
@@ -128,7 +136,10 @@ def distance_profile(
 def regress_tracks(
     columns: np.ndarray, values: np.ndarray, weights: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Regress tracks (T, J, 2) on columns (F, T, n); return coefficients (F, J, n, 2) and residual squares (F,)."""
+    """Regress tracks (T, J, 2) on columns (F, T, n) for each of F frequencies.
+
+    Return the coefficients (F, J, n, 2) and the sums of squared residuals (F,).
+    """
     F, T, n = columns.shape
     outer = (columns[:, :, :, None] * columns[:, :, None]).reshape(F, T, n * n)
     gram = (weights.T @ outer).reshape(F, -1, n, n)
@@ -142,7 +153,7 @@ def regress_tracks(
 
 
 def lowest_hz(duration_s: float) -> float:
-    """Return the lowest stride frequency that is searched in a clip, Hz.
+    """Return the lowest stride frequency that the search considers for a clip of this duration, Hz.
 
     Raises
     ------
@@ -168,7 +179,7 @@ def straighten(
     typical_hz: float,
     cosines: int,
 ) -> Path:
-    """Remove distance and path from the image, which leaves the walk about its trunk.
+    """Remove distance and path from the image, so that only the walk about the trunk remains.
 
     Parameters
     ----------

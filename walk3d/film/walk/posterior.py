@@ -1,4 +1,4 @@
-"""Estimated walker without the detector's bias, in every frame, with error bars.
+"""Estimate of the walker in each frame, without the detector's bias, with error bars.
 
 Symbols
 -------
@@ -30,12 +30,14 @@ from walk3d.film.walk.training import BLOCKS, SIZE
 from walk3d.film.walk.view import level_axes
 
 ANGLE_FLOOR_RAD = np.radians(2.0)
-"""Standard deviation added to those of joint angles."""
+"""Standard deviation, rad, that is added in quadrature to the standard deviation of each joint angle."""
 
 
 @dataclass(frozen=True)
 class Posterior:
-    """Estimated walk in every frame, relative to the pelvis, in level camera axes, for a walker of 1500 mm.
+    """Estimated walk in each frame, relative to the pelvis and scaled to a walker of 1500 mm.
+
+    Positions are in level camera axes.
 
     Attributes
     ----------
@@ -61,7 +63,7 @@ class Posterior:
 
 
 def _spread(matrix: np.ndarray, onto: np.ndarray) -> np.ndarray:
-    """Return ``onto^T M^-1 onto`` of a Gauss-Newton matrix M, given by its lower triangle."""
+    """Return ``onto^T M^-1 onto`` for a Gauss-Newton matrix M that is given as its lower triangle."""
     factor, failed = lapack.dpotrf(matrix, lower=1)
     if failed:
         return onto.T @ np.linalg.pinv(np.tril(matrix) + np.tril(matrix, -1).T, hermitian=True) @ onto
@@ -70,19 +72,19 @@ def _spread(matrix: np.ndarray, onto: np.ndarray) -> np.ndarray:
 
 
 def remove_bias(prior: Prior, drawn: np.ndarray) -> np.ndarray:
-    """Return the walker W (15, 3, 9) without the detector's bias, from W' (405,) as detected."""
+    """Return the walker W (15, 3, 9), mm, without the detector's bias, from the walker W' (405,) as detected."""
     return prior.model.mean + (prior.bias_gain @ (drawn - prior.mean.ravel())).reshape(JOINTS, 3, BLOCKS)
 
 
 def relative_positions(walker: np.ndarray, x: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """Return positions (T, 15, 3) relative to the pelvis in level camera axes, mm."""
+    """Return the positions (T, 15, 3) of a walker relative to the pelvis, in level camera axes, mm."""
     basis = cycle_basis(2.0 * np.pi * np.exp(x[LOG_F]) * times + x[PHASE], BLOCKS)
     positions = np.moveaxis((walker - walker[PELVIS]) @ basis.T, -1, 0)
     return positions @ np.swapaxes(level_axes(x[HEADING] + x[TURN] * times), 1, 2)
 
 
 def posterior(prior: Prior, fit: Fit, keypoints: Keypoints) -> Posterior:
-    """Compute the walk and its error bars.
+    """Return the estimated walk in each frame, with its error bars.
 
     Parameters
     ----------
@@ -145,7 +147,9 @@ def posterior(prior: Prior, fit: Fit, keypoints: Keypoints) -> Posterior:
 def sample_positions(
     estimate: Posterior, x: np.ndarray, times: np.ndarray, generator: np.random.Generator, count: int
 ) -> np.ndarray:
-    """Draw walks (S, T, 15, 3), mm, from the posterior of walker and heading: about the pelvis, level camera axes.
+    """Draw walks (S, T, 15, 3), mm, from the posterior of walker and heading.
+
+    Positions are relative to the pelvis, in level camera axes.
 
     Parameters
     ----------
@@ -174,7 +178,9 @@ def sample_positions(
 def angles_with_deviations(
     walker: np.ndarray, covariance: np.ndarray, psi: np.ndarray, phase_slopes: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return a walker's angles (T, 11) at phases, and their standard deviations with the floor, rad.
+    """Return a walker's angles (T, 11) at the given phases, rad, and their standard deviations.
+
+    The standard deviations contain `ANGLE_FLOOR_RAD`.
 
     Parameters
     ----------

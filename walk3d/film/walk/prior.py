@@ -1,4 +1,4 @@
-"""Prior of the walker as a detector sees him: the model, the detector's bias, and results shared by many clips.
+"""Prior of the walker as a detector sees the walker: model, detector's bias, and results that many clips share.
 
 Symbols
 -------
@@ -23,22 +23,25 @@ from walk3d.film.walk.view import level_axes
 
 STANCE_WEIGHT = 0.3
 BONE_FACTOR = 2.0
-"""Factor on the learnt tolerances of bone lengths."""
+"""Factor on the tolerances of bone lengths that the model has learnt."""
 HEADINGS = 72
 GRID_BLOCKS = 5
-"""Number of coefficients of two harmonics, which the grid uses."""
+"""Number of Fourier coefficients of two harmonics and the constant, as in the grid search."""
 SLOW_MM = 2.0
-"""Standard deviation of a detector's error that follows the cycle, mm per coefficient."""
+"""Standard deviation, mm per coefficient, of the part of a detector's error that repeats in each cycle."""
 
 GRID_CONSTANT_MM, GRID_HARMONIC_MM, GRID_SIZE, GRID_PITCH = 25.0, 12.5, 0.03, np.radians(4.0)
-"""Standard deviations that the grid adds to the population's: bias, slow error, relative size, pitch of the camera."""
+"""Standard deviations that the grid search adds to the population's.
+
+In order: bias, mm; slow error, mm; relative size; pitch of the camera, rad.
+"""
 UNSEEN_MM = 5.0
-"""Standard deviation that the grid adds to constant coefficients if some joints are not visible."""
+"""Standard deviation, mm, that the grid search adds to constant coefficients if some joints are not visible."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Detector:
-    """Differences between a detector's keypoints and the joints.
+    """Differences between a detector's keypoints and the joints of the model.
 
     Attributes
     ----------
@@ -63,7 +66,9 @@ class Detector:
 
 @dataclass(frozen=True)
 class Grid:
-    """Projections of walkers with two harmonics at all headings; opposite headings mirror the image.
+    """Images of walkers with two harmonics at all headings, for the grid search.
+
+    The images at opposite headings are mirror images.
 
     Attributes
     ----------
@@ -84,7 +89,7 @@ class Grid:
 
 @dataclass(frozen=True)
 class Prior:
-    """Prior of the walker as one detector sees him.
+    """Prior of the walker as one detector sees the walker.
 
     Attributes
     ----------
@@ -123,7 +128,7 @@ class Prior:
 def prepare(
     model: WalkerModel, detector: Detector, *, bone_factor: float = BONE_FACTOR, unfamiliar: float = 0.0
 ) -> Prior:
-    """Prepare the prior for one detector.
+    """Return the prior for one detector, with all results that do not depend on the clip.
 
     Parameters
     ----------
@@ -166,7 +171,7 @@ def prepare(
 
 
 def projected_grid(mean: np.ndarray, covariance: np.ndarray, visible: np.ndarray) -> Grid:
-    """Return mean and covariance of the image of two harmonics of the visible joints, at all headings.
+    """Return mean and covariance of walkers' images at all headings, for two harmonics of the visible joints.
 
     Parameters
     ----------
@@ -214,5 +219,5 @@ def projected_grid(mean: np.ndarray, covariance: np.ndarray, visible: np.ndarray
 
 
 def belt_speed(prior: Prior) -> float:
-    """Return the speed of the ground under the average walker, mm per radian of phase."""
+    """Return the speed of the ground under the average walker, mm per radian of the gait cycle's phase."""
     return prior.belt @ prior.model.mean.ravel()

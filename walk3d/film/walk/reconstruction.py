@@ -1,4 +1,4 @@
-"""Reconstruction of a walk from keypoints of one camera: starts, refinement, choice of candidate and labels."""
+"""Reconstruction of a walk from one camera's keypoints: starts, refinement, choice of candidate and labels."""
 
 from __future__ import annotations
 
@@ -32,35 +32,44 @@ from walk3d.film.walk.view import level_axes
 _LEGS = [*LEFT_LEG[1:], *RIGHT_LEG[1:]]
 
 DUPLICATE_TOLERANCE = (np.radians(4.0), np.radians(8.0), 0.015)
-"""Differences in heading, phase and relative frequency below which two candidates are one."""
+"""Differences in heading, phase and relative frequency below which two candidates count as the same."""
 OUTLIER = 5.0
-"""Number of sigma at which residuals of keypoints are clamped when the residual is judged."""
+"""Residual of a keypoint, in multiples of sigma, at which the residual is clamped before averaging."""
 FOLLOWED_RESIDUAL = 1.3
-"""Residual, per cent of the height, above which a wandering path is tried."""
+"""Residual, per cent of the walker's height, above which a wandering path is tried."""
 FOLLOWED_GAIN = 0.8
-"""Share of the residual below which a wandering path is accepted."""
+"""Ratio of residuals, with and without a wandering path, below which the wandering path is accepted."""
 SMALL_RESIDUAL_GAIN = 0.9
-"""Share of the residual below which a wandering path is accepted if its own residual is small."""
+"""Ratio of residuals below which a wandering path is accepted if the residual with this path is small."""
 MAX_UNSHARED_SHARE = 0.93
-"""Share of the residual that no path explains, above which no wandering path is tried (accepted ones: up to 0.87)."""
+"""Share of the residual that no path explains above which a wandering path is not tried.
+
+The share is up to 0.87 in clips in which a wandering path was accepted.
+"""
 SHAKEN_SHARE = 0.3
-"""Share of the squared residual that all joints of a frame have in common, above which the camera shook."""
+"""Share of the squared residual that is common to all joints of a frame above which the camera shook."""
 SHAKE_ROUNDS = 2
 MIN_WHITE_HZ = 20.0
-"""Frame rate below which successive residuals differ too much to estimate their white part."""
+"""Frame rate, Hz, below which successive residuals differ too much to estimate their white part."""
 MAX_ANKLE_CORRELATION = 0.5
-"""Correlation of the two ankles, each about its hip, above which the clip is not a walk and nothing is refined."""
+"""Correlation of the ankles' motions relative to the hips above which the clip is not a walk.
+
+Such a clip is not refined.
+"""
 COSINES_PER_STRIDE = 0.8
-"""Cosines of a wandering path per stride of the clip; the fastest has a period of 2.5 strides."""
+"""Number of cosines of a wandering path per stride of the clip; the fastest cosine has a period of 2.5 strides."""
 PRUNING_ROUNDS = ((1, 800.0), (1, 1500.0), (1, 1500.0), (2, 400.0), (3, 200.0))
-"""Rounds: steps of every start, then the cost gap above which a start is pruned (never the best one in our tests)."""
+"""Rounds of pruning: number of steps of each start, then the cost gap to the best start above which a start is dropped.
+
+In our tests, the best start was never dropped.
+"""
 LABELS_UNSURE = 100.0
-"""Cost gap between the two labellings below which both are returned."""
+"""Cost gap between the labels as detected and exchanged below which left and right are unsure."""
 
 
 @dataclass(frozen=True)
 class Candidate(SearchPoint):
-    """One minimum to which a start led.
+    """Candidate for the walk: a minimum of the cost that the refinement of a start reached.
 
     Attributes
     ----------
@@ -76,7 +85,7 @@ class Candidate(SearchPoint):
 
 @shortened
 class Reconstruction:
-    """Reconstructed walk, with the candidates and the keypoints that were used.
+    """Reconstructed walk, with all candidates and with the keypoints used in the fit.
 
     Attributes
     ----------
@@ -110,12 +119,12 @@ class Reconstruction:
 
     @property
     def relative_residual(self) -> float:
-        """Residual in per cent of the height in the image: g."""
+        """Residual g, in per cent of the walker's height in the image."""
         return 100.0 * self.rms_residual_px / self.height_px
 
     @property
     def leg_motion(self) -> float:
-        """Motion of knees and ankles in the image, relative to that of the average walker from the same side."""
+        """Motion of knees and ankles in the image, relative to the average walker's motion seen from the same side."""
         image = level_axes(self.fit.x[HEADING])[:2]
         average = image @ self.fit.objective.prior.model.mean[_LEGS, :, 1:]
         expected = 0.5 * (average**2).sum(axis=(1, 2))  # of a sine or cosine, half the square
@@ -132,7 +141,7 @@ class Reconstruction:
 
     @property
     def unshared_residual(self) -> float:
-        """Share of the residual, 0 to 1, that is neither a shift nor a change of size of the whole body in a frame."""
+        """Share of the residual, 0 to 1, that remains after the body is shifted and scaled in each frame."""
         weights = (self.keypoints.weights > 0)[..., None].astype(float)
         count = np.maximum(weights.sum(axis=1, keepdims=True), 1.0)
         full = weights * self.fit.objective.residual(self.fit.x, self.keypoints)
@@ -146,18 +155,18 @@ class Reconstruction:
 
     @cached_property
     def posterior(self) -> Posterior:
-        """Estimated walk with error bars.  Lazy: most candidates are discarded."""
+        """Estimated walk with error bars; computed on demand, because most candidates are discarded."""
         return posterior(self.fit.objective.prior, self.fit, self.keypoints)
 
     @property
     def positions_mm(self) -> np.ndarray:
-        """Positions (T, 15, 3) of `posterior`, without computing its error bars."""
+        """Positions (T, 15, 3) of `posterior`, mm, without the computation of error bars."""
         walker = remove_bias(self.fit.objective.prior, self.fit.x[:SIZE])
         return relative_positions(walker, self.fit.x, self.fit.times)
 
     @property
     def focal_px(self) -> float:
-        """Focal length, known or estimated, px."""
+        """Known or estimated focal length, px."""
         return self.fit.objective.focal_px(self.fit.x)
 
     @property
@@ -167,22 +176,22 @@ class Reconstruction:
 
     @property
     def image_px(self) -> np.ndarray:
-        """Image (T, 15, 2) of the fitted walker, px from the principal point, with the shake of the camera."""
+        """Projection (T, 15, 2) of the fitted walker, px from the principal point, including the camera's shake."""
         return self.fit.objective.image(self.fit.x) + self.shake_px[:, None]
 
     @property
     def filmed_px(self) -> np.ndarray:
-        """Keypoints (T, 15, 2) that were used, with the shake of the camera."""
+        """Keypoints (T, 15, 2) used in the fit, px from the principal point, including the camera's shake."""
         return self.keypoints.pixels + self.shake_px[:, None]
 
     @cached_property
     def cycle(self) -> GaitCycle:
-        """Events and numbers of the average cycle."""
+        """Events and gait numbers of the average gait cycle."""
         return gait_cycle(self.posterior.walker, self.fit.frequency_hz, self.fit.objective.prior.belt)
 
     @property
     def event_times(self) -> list[list[tuple[np.ndarray, np.ndarray]]]:
-        """Contact and toe-off times of each foot in the clip, and their standard deviations, s."""
+        """Contact and toe-off times of each foot in the clip, s, and the standard deviations of these times."""
         fit = self.fit
         return event_times(self.cycle, self.posterior.covariance, fit.x[PHASE], fit.frequency_hz, fit.times)
 
@@ -235,7 +244,7 @@ def reconstruct(
     prior: Prior,
     fitting: Fitting = Fitting(),
 ) -> Reconstruction:
-    """Reconstruct a straight walk.
+    """Reconstruct a straight walk from the keypoints of one camera.
 
     Parameters
     ----------
@@ -302,7 +311,7 @@ def reconstruct(
 def _visible_keypoints(
     pixels: np.ndarray, weights: np.ndarray, prior: Prior
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return keypoints and their weights, both 0 where nothing is visible."""
+    """Return keypoints and their weights; both are 0 where a joint is not visible."""
     pixels = require_shape("pixels", np.asarray(pixels, float), ("T", JOINTS, 2))
     weights = require_shape("weights", np.asarray(weights, float), (len(pixels), JOINTS))
     if len(pixels) < 8:
@@ -319,14 +328,14 @@ def _visible_keypoints(
 
 
 class _Attempt(NamedTuple):
-    """Refinement of one start: its labelling, its origin and its progress."""
+    """Attempt at a reconstruction: the labels, all starts with these labels, and the refinement of one start."""
 
     exchanged: bool
     starts: Starts
     refinement: Refinement
 
     def fit(self) -> tuple[Fit, bool]:
-        """Return the current fit, and whether labels are exchanged throughout.
+        """Return the current fit, and whether left and right are exchanged throughout.
 
         Limbs that are exchanged once more in most frames are as detected.
         """
@@ -338,14 +347,14 @@ class _Attempt(NamedTuple):
 
 
 def _costs(attempts: Sequence[_Attempt]) -> np.ndarray:
-    """Return the costs of all attempts at one noise: that of the smallest residual."""
+    """Return the costs of all attempts under the same noise, estimated by the attempt with the smallest residual."""
     refined = [attempt.refinement for attempt in attempts]
     noise = min((attempt.noise for attempt in refined), key=lambda noise: noise.sigma_px)
     return np.array([attempt.cost(noise) for attempt in refined])
 
 
 def _prune(attempts: Sequence[_Attempt]) -> None:
-    """Refine attempts in rounds, and drop those that fall far behind the best."""
+    """Refine attempts in rounds, and drop attempts whose cost is far above the smallest cost."""
     remaining = list(attempts)
     for steps, max_gap in PRUNING_ROUNDS:
         for attempt in remaining:
@@ -359,14 +368,17 @@ def _prune(attempts: Sequence[_Attempt]) -> None:
 
 
 def _labels_disagree(fit: Fit) -> bool:
-    """Return whether labels of legs and arms disagree: they swing in step, or one is mostly exchanged."""
+    """Return True if the labels of legs and arms disagree.
+
+    They disagree if legs and arms of one side swing in step, or if either is exchanged in most frames.
+    """
     ahead = fit.x[:SIZE].reshape(JOINTS, 3, -1)[:, 1, 1:3]
     legs, arms = (ahead[left] - ahead[right] for left, right in (LIMBS["legs"][-1], LIMBS["arms"][-1]))
     return legs.ravel() @ arms.ravel() > 0.0 or any(frames.mean() > 0.5 for frames in fit.exchanged.values())
 
 
 def _best_of(attempts: Sequence[_Attempt]) -> tuple[_Attempt, list[Candidate]]:
-    """Return the attempt with the least cost, and all distinct candidates, best first."""
+    """Return the attempt with the smallest cost, and all distinct candidates, the best first."""
     costs = _costs(attempts)
     order = [int(number) for number in np.argsort(costs, kind="stable")]
     candidates: list[Candidate] = []
@@ -385,7 +397,7 @@ def _best_of(attempts: Sequence[_Attempt]) -> tuple[_Attempt, list[Candidate]]:
 
 
 def find_shake(best: _Attempt) -> np.ndarray:
-    """Return the camera's shake (T, 2), px: the residual that all joints of a frame share; zeros if it is small."""
+    """Return the camera's shake (T, 2), px, from the residual common to all joints of a frame; zeros if it is small."""
     fit, used = best.refinement.fit(), best.refinement.used
     shake = np.zeros((len(used.pixels), 2))
     for turn in range(SHAKE_ROUNDS):
@@ -427,7 +439,7 @@ def _reconstruction(best: _Attempt, candidates: list[Candidate], shake: np.ndarr
 
 
 def _slow_residual(fit: Fit, used: Keypoints) -> float:
-    """Return the root mean square residual without its white part, px: the part that successive frames share."""
+    """Return the root mean square of the residual's slow part, px: the part that successive frames have in common."""
     visible = used.weights > 0
     residual = fit.objective.residual(fit.x, used)
     size = np.sqrt((residual**2).sum(axis=-1))
@@ -451,7 +463,9 @@ def reconstruct_followed(
     focal_sd: float = 0.0,
     max_distance: float = np.inf,
 ) -> Reconstruction:
-    """Reconstruct a walk; if its residual is large, also with a wandering path, for a camera that follows.
+    """Reconstruct a walk with a straight path; if the residual is large, try a wandering path.
+
+    A wandering path allows for a camera that follows the walker.
 
     Nothing is refined if the feet clearly move together, because this is not a walk.
 

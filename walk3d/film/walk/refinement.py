@@ -1,4 +1,4 @@
-"""Refinement of one start by Gauss-Newton steps, with noise and exchanged labels estimated on the way.
+"""Refinement of one start by Gauss-Newton steps, which also estimates the noise and the exchanged labels.
 
 A step solves the Gauss-Newton equations at the current noise.  It is shortened so that heading, phase and pitch change
 little at once, and halved until the cost falls.
@@ -40,25 +40,25 @@ from walk3d.film.walk.training import SIZE
 
 MAX_STEPS = 12
 MAX_FOCAL_STEPS = 24
-"""Largest number of steps with an unknown focal length, which is correlated with distance and pitch."""
+"""Maximum number of steps with an unknown focal length, which is correlated with distance and pitch."""
 MIN_STEPS = 7
 MAX_HALVINGS = 6
 COST_TOLERANCE = 0.05
-"""Decrease of the cost below which a step is the last."""
+"""Decrease of the cost in one step below which the refinement has converged."""
 RELABEL_STEPS = (2, 4, 6)
-"""Steps before which exchanged labels are searched."""
+"""Steps that begin with a search for exchanged labels."""
 SIGMA_PX = (1.0, 40.0)
 MAX_CORRELATION = 0.9
 MAX_INDEPENDENT_HZ = 60.0
-"""Largest rate of independent frames: a detector's errors are slower, and repeat in closer frames."""
+"""Maximum rate, Hz, of frames whose errors count as independent; a detector's errors change more slowly."""
 STEP_LIMITS = ((HEADING, 0.5), (PHASE, 0.7), (PITCH, 0.15))
 FOCAL_STEP = 0.3
-"""Largest change of the logarithm of an unknown focal length in one step."""
+"""Maximum change, in one step, of the logarithm of an unknown focal length."""
 
 
 @dataclass(frozen=True)
 class Fit:
-    """Fit of a walker to keypoints.
+    """Result of fitting a walker to keypoints.
 
     Attributes
     ----------
@@ -79,22 +79,22 @@ class Fit:
 
     @property
     def times(self) -> np.ndarray:
-        """Seconds (T,) of the frames, 0 in the middle."""
+        """Times (T,) of the frames, s; 0 is the middle of the clip."""
         return self.objective.setting.times
 
     @property
     def frequency_hz(self) -> float:
-        """Strides a second."""
+        """Stride frequency, Hz."""
         return np.exp(self.x[LOG_F])
 
     @property
     def phases_rad(self) -> np.ndarray:
-        """Phases (T,) of the frames."""
+        """Phases (T,) of the gait cycle in the frames, rad."""
         return 2.0 * np.pi * self.frequency_hz * self.times + self.x[PHASE]
 
 
 def estimate_noise(residual: np.ndarray, visible: np.ndarray, later: int) -> Noise:
-    """Estimate the scale of residuals (2, 15, T) of visible joints (15, T), and the repetition of errors.
+    """Estimate the noise, as scale and repetition of errors, from the residuals (2, 15, T) of visible joints (15, T).
 
     kappa is (1 + rho) / (1 - rho) times `later`.  rho is the pooled correlation of residuals that are `later` frames
     apart.
@@ -115,7 +115,7 @@ def estimate_noise(residual: np.ndarray, visible: np.ndarray, later: int) -> Noi
 
 
 def initial_unknowns(prior: Prior, start: Start, path: Path, focal_px: float, trunk: list[int]) -> np.ndarray:
-    """Return the unknowns (417,) at a start: the average walker on the path in the image."""
+    """Return the initial unknowns (417,) of a start: the average walker on the path seen in the image."""
     x = np.zeros(UNKNOWNS)
     x[:SIZE] = prior.mean.ravel()
     x[X0] = path.place_mm[0]
@@ -127,13 +127,13 @@ def initial_unknowns(prior: Prior, start: Start, path: Path, focal_px: float, tr
 
 
 def trunk_of(keypoints: Keypoints) -> list[int]:
-    """Return the visible joints of the trunk, or all joints without any; the path is that of their mean."""
+    """Return the visible joints of the trunk, whose mean defines the path; all joints if none is visible."""
     visible = often_seen(keypoints.weights)
     return [j for j in TRUNK if visible[j]] or list(range(JOINTS))
 
 
 def _solve(current: Quadratic, again: Callable[[], Quadratic]) -> np.ndarray:
-    """Solve the Gauss-Newton equations, overwriting their matrix."""
+    """Return the solution of the Gauss-Newton equations; the matrix of the equations is overwritten."""
     _, solution, failed = lapack.dposv(current.matrix, current.gradient, lower=1, overwrite_a=1)
     if failed:  # unknowns that nothing determines, from an ill-conditioned start
         matrix = again().matrix
@@ -144,7 +144,7 @@ def _solve(current: Quadratic, again: Callable[[], Quadratic]) -> np.ndarray:
 
 
 class Refinement:
-    """Refinement of one start, in steps.
+    """Refinement of one start, which can be advanced by a number of steps.
 
     Parameters
     ----------
@@ -192,7 +192,7 @@ class Refinement:
         return relabelled(self._given, dict.fromkeys(LIMBS, np.ones(len(self._given.pixels), bool)))
 
     def advance(self, steps: int | None = None) -> Refinement:
-        """Take more steps, until the cost hardly falls."""
+        """Take the given number of further steps, or stop earlier if the cost has converged."""
         focal = self.objective.setting.focal_sd > 0
         most = MAX_FOCAL_STEPS if focal else MAX_STEPS
         limits = (*STEP_LIMITS, (-1, FOCAL_STEP)) if focal else STEP_LIMITS
@@ -221,7 +221,7 @@ class Refinement:
         self.noise = estimate_noise(self._at.image - self.used.by_axis, self.used.seen, self._later)
 
     def cost(self, noise: Noise) -> float:
-        """Return the cost J at the current unknowns and a given noise."""
+        """Return the cost J of the current unknowns under the given noise."""
         return self.objective.cost(self._at, self.used, noise)
 
     def _find_exchanged(self) -> None:
@@ -238,7 +238,7 @@ class Refinement:
         self._estimate_noise()
 
     def fit(self) -> Fit:
-        """Return the current fit."""
+        """Return the fit after the steps that were taken."""
         x = self._at.x.copy()
         for angle in (HEADING, PHASE):
             x[angle] = (x[angle] + np.pi) % (2.0 * np.pi) - np.pi
@@ -246,7 +246,7 @@ class Refinement:
 
 
 def relabelled(keypoints: Keypoints, frames: dict[str, np.ndarray]) -> Keypoints:
-    """Return keypoints with left and right exchanged in the frames (T,) of legs and arms."""
+    """Return keypoints with left and right exchanged in the given frames (T,) of the legs and of the arms."""
     if not any(limb.any() for limb in frames.values()):
         return keypoints
     return Keypoints(exchange(keypoints.pixels, frames), exchange(keypoints.weights, frames))

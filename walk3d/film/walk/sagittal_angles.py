@@ -22,7 +22,7 @@ SIDES = ("left", "right")
 KINDS = ("knee", "hip", "shank", "elbow", "shoulder", "trunk")
 """Kinds of angles; the trunk has no side."""
 ANGLES = (*(f"{side}_{kind}" for kind in KINDS[:-1] for side in SIDES), "trunk")
-"""Angles, in the order of every array of them."""
+"""Names of the angles, in the order of all arrays of angles."""
 
 _LIMBS = {"thigh": ("hip", "knee"), "shank": ("knee", "ankle"), "upper arm": ("shoulder", "elbow"),
           "forearm": ("elbow", "wrist")}  # fmt: skip
@@ -35,7 +35,10 @@ _SEGMENTS_OF_KIND = {
     "knee": ("thigh", "shank"), "hip": ("thigh", "trunk"), "shank": ("", "shank"), "elbow": ("forearm", "upper arm"),
     "shoulder": ("upper arm", "trunk"), "trunk": ("", "trunk"),
 }  # fmt: skip
-"""Segment whose inclination is measured, and the segment from which it is measured."""
+"""For each kind of angle, the segment whose inclination is measured and the segment that is the reference.
+
+An empty reference is the vertical.
+"""
 
 
 def _signs() -> np.ndarray:
@@ -57,15 +60,23 @@ _ENDS = np.stack(
         for upper, lower in _SEGMENTS.values()
     ]
 )
-"""Segments (9, 15) as differences of joints."""
+"""Matrix (9, 15) that computes segments as differences of joint positions."""
 _SLOPE_MATRIX = (_M[:, None] * _ENDS.T).reshape(-1, len(_ENDS))
-"""Coefficients (165, 9) of each angle's derivative with respect to each joint, by segment."""
+"""Matrix (165, 9) from the derivatives of inclinations to those of angles.
+
+Its rows are angles and joints; its columns are segments.
+"""
 JOINTS_OF = tuple(np.flatnonzero(row) for row in np.abs(_M) @ np.abs(_ENDS))
-"""Joints of each angle; only their forward and upward coordinates matter."""
+"""Indices of the joints on which each angle depends.
+
+Only the forward and upward coordinates of these joints matter.
+"""
 
 
 def sagittal_angles(positions: np.ndarray) -> np.ndarray:
-    """Return the signed angles (…, 11), rad, in the order of `ANGLES`, of joints (…, 15, 3) in the walker's axes.
+    """Return the signed angles (…, 11), rad, in the order of `ANGLES`.
+
+    The positions of joints (…, 15, 3) are in the walker's axes.
 
     Examples
     --------
@@ -85,7 +96,7 @@ def sagittal_angles(positions: np.ndarray) -> np.ndarray:
 
 
 def sagittal_slopes(positions: np.ndarray) -> np.ndarray:
-    """Return the derivatives (…, 11, 15, 3) of `sagittal_angles` with respect to the joints, rad per unit."""
+    """Return the derivatives (…, 11, 15, 3) of `sagittal_angles` with respect to the joints, rad per unit of length."""
     segments = _ENDS @ positions
     y, z = segments[..., 1], segments[..., 2]
     slope = np.stack([np.zeros_like(y), -z, y], axis=-1) / np.maximum(y**2 + z**2, 1e-12)[..., None]

@@ -1,4 +1,4 @@
-"""Initial stride frequency, heading and phase of a walk, from grids, after removal of distance and path.
+"""Initial stride frequency, heading and phase of a walk, from grid searches without distance and path.
 
 Symbols
 -------
@@ -23,17 +23,17 @@ from walk3d.film.walk.prior import GRID_BLOCKS, Grid, Prior, belt_speed, project
 PHASES = 36
 _SIDES = [[WALKER15.index(f"{side}_{joint}") for joint in ("hip", "ankle")] for side in ("left", "right")]
 OVERGROUND_SHARE = 0.4
-"""Share of the average walker's belt speed above which a path is overground."""
+"""Speed of the path, as a share of the average walker's belt speed, above which the walk is overground."""
 MAX_STARTS = 4
 START_SEPARATION = (np.radians(25.0), np.radians(50.0), 0.06)
-"""Smallest differences of two starts in heading, phase and relative frequency."""
+"""Minimum difference between two starts in heading, phase or relative frequency."""
 _FOURTH_START_COST = 150.0
-"""Cost above the best, below which a fourth start is tried."""
+"""Difference from the smallest cost below which a fourth start is tried."""
 
 
 @dataclass(frozen=True)
 class SearchPoint:
-    """Frequency, heading and phase of a point of the search."""
+    """Point of the search: stride frequency, heading and phase."""
 
     frequency_hz: float
     heading_rad: float
@@ -55,7 +55,7 @@ class Start(SearchPoint):
 
 @dataclass(frozen=True)
 class Starts:
-    """Starts of the refinement, best first.
+    """Starts of the refinement, the best first, and results of the search.
 
     Attributes
     ----------
@@ -84,7 +84,7 @@ class Starts:
 def frequency_candidates(
     metric: np.ndarray, weights: np.ndarray, times: np.ndarray, log_frequency: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return likely stride frequencies, the best first, with their costs and the image's Fourier coefficients.
+    """Return likely stride frequencies, the best first, with their costs and the Fourier coefficients of the image.
 
     Parameters
     ----------
@@ -138,7 +138,7 @@ def frequency_candidates(
 
 
 def _grid_cost(grid: Grid, images: np.ndarray, phases: np.ndarray) -> np.ndarray:
-    """Return J (F, 72, P) of image coefficients (F, n joints, 5, 2) at all headings and phases."""
+    """Return the cost J (F, 72, P) of image coefficients (F, n, 5, 2) at all headings and phases."""
     y = np.swapaxes(images, 1, 2).copy()  # (F, 5, n, 2)
     y[:, 0] -= y[:, 0].mean(axis=1, keepdims=True)
     # From the opposite side the image is mirrored.
@@ -164,7 +164,7 @@ def _grid_cost(grid: Grid, images: np.ndarray, phases: np.ndarray) -> np.ndarray
 
 
 def _local_minima(cost: np.ndarray) -> np.ndarray:
-    """Return the local minima (n, 2) of a grid on a torus, as cells."""
+    """Return the indices (n, 2) of the local minima of a grid that is periodic in both dimensions."""
     around = cost
     for axis in (0, 1):
         around = np.minimum(around, np.minimum(np.roll(around, 1, axis), np.roll(around, -1, axis)))
@@ -172,12 +172,12 @@ def _local_minima(cost: np.ndarray) -> np.ndarray:
 
 
 def absolute_angle(angle: float) -> float:
-    """Return the absolute value of an angle, wrapped to 0 to pi, rad."""
+    """Return the absolute value of an angle that is first wrapped to ±pi, rad."""
     return abs((angle + np.pi) % (2.0 * np.pi) - np.pi)
 
 
 def within_tolerance(point: SearchPoint, other: SearchPoint, within: tuple[float, float, float]) -> bool:
-    """Return whether two points differ by less than this in heading, phase and relative frequency."""
+    """Return True if two points differ by less than the tolerances in heading, phase and relative frequency."""
     return bool(
         absolute_angle(point.heading_rad - other.heading_rad) < within[0]
         and absolute_angle(point.phase_rad - other.phase_rad) < within[1]
@@ -193,7 +193,7 @@ def find_starts(
     prior: Prior,
     cosines: int = 0,
 ) -> Starts:
-    """Find up to four starts of the refinement.
+    """Find up to four starts of the refinement by grid searches.
 
     Parameters
     ----------
@@ -281,7 +281,10 @@ def find_starts(
 
 
 def _ankles_together(metric: np.ndarray, visible: np.ndarray, times: np.ndarray) -> float:
-    """Return the correlation of the ankles about their hips in the image (T, 15, 2); 0 if too little is visible."""
+    """Return the correlation of the two ankles' motions in the image, each relative to its hip.
+
+    The correlation is 0 if legs are visible in too few frames.
+    """
     both = visible[:, np.ravel(_SIDES)].all(axis=1)
     if both.sum() < 5:
         return 0.0

@@ -1,4 +1,4 @@
-"""Tracks of people through a video, and the walking and the straight parts of one track."""
+"""Tracks of people through a video, and the parts of a track with walking and with a straight path."""
 
 from __future__ import annotations
 
@@ -10,31 +10,33 @@ from pipeline.skeleton import LEFT_LEG, RIGHT_LEG
 from walk3d.film.walk.path import image_scale
 
 MAX_JUMP = (0.09, 2.2)
-"""Largest median motion of a person's joints from one frame to the next: share of the height, and share per second.
+"""Maximum median motion of a person's joints to the next detection: share of the height, and share per second.
 
-A larger motion means another person, or another shot of the video."""
+The larger of the two limits applies.  A larger motion means another person, or another shot of the video."""
 MAX_GAP_S = 0.5
-"""Longest time that a person may be unseen within a track."""
+"""Maximum time, s, without a detection within a track."""
 JOIN_S, JOIN_ROWS, JOIN_OFF, JOIN_SIZE = 1.5, 5, 0.3, 1.2
-"""Limits of the joining of two tracks: longest gap, fewest detections of either, path mismatch, and height ratio.
+"""Limits for joining two tracks.
+
+In order: longest gap, s; fewest detections in either track; mismatch of the paths; ratio of heights.
 
 The mismatch, in heights, is that of the extrapolated paths in the middle of the gap."""
 TURN_RAD_S = np.radians(50.0)
 MIN_WALK_S = 0.9
 MIN_STRAIGHT_SHARE = 0.5
-"""Share of the frames in straight stretches, below which the path is too noisy to be cut."""
+"""Share of frames in straight stretches below which the path is too noisy to be divided into stretches."""
 MOTION_S = 0.7
-"""Time over which the motion of the legs is measured, about one step."""
+"""Time window, s, in which the motion of the legs is measured; about one step."""
 MOVING_SHARE = 0.45
-"""Share of the 80 % quantile of leg motion, above which a person moves."""
+"""Motion of the legs, as a share of its 80 % quantile, above which a person moves."""
 MOVING_THROUGHOUT_SHARE = 0.85
-"""Share of moving frames above which the whole track counts as moving."""
+"""Share of moving frames from which the whole track counts as moving."""
 _LEGS = [(joint, leg[0]) for leg in (LEFT_LEG, RIGHT_LEG) for joint in leg[1:]]
 
 
 @dataclass(frozen=True)
 class Track:
-    """One person through successive frames.
+    """Track of one person through successive frames.
 
     Attributes
     ----------
@@ -55,7 +57,7 @@ class Track:
 
 
 def _joint_distance(detection: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Return the median distances (M,) of the joints (15, 2) of one detection from those of M others.
+    """Return the median distances (M,), px, of the joints (15, 2) in one detection from those in M other detections.
 
     The distance is infinite if two detections share fewer than three joints.
     """
@@ -67,7 +69,7 @@ def _joint_distance(detection: np.ndarray, others: np.ndarray) -> np.ndarray:
 
 
 def _heights(pixels: np.ndarray) -> np.ndarray:
-    """Return the heights (N,) of joints (N, 15, 2) in the image, px; NaN where too few are visible."""
+    """Return the heights (N,) in the image of joints (N, 15, 2), px; NaN where too few joints are visible."""
     visible = np.isfinite(pixels).all(axis=-1)
     ends = [(np.where(visible[..., None], pixels, sign * np.inf) * sign).min(axis=1) for sign in (1.0, -1.0)]
     size = np.maximum(-(ends[0] + ends[1]).min(axis=-1), 1e-9)
@@ -77,7 +79,7 @@ def _heights(pixels: np.ndarray) -> np.ndarray:
 def find_tracks(
     frame: np.ndarray, identity: np.ndarray, pixels: np.ndarray, frame_rate_hz: float
 ) -> list[Track]:
-    """Return the tracks of people, sorted by their longest part without a gap.
+    """Return the tracks of people, sorted by the length of the longest part without a gap.
 
     Parameters
     ----------
@@ -124,7 +126,7 @@ def find_tracks(
 
 
 def _unbroken(frame: np.ndarray, longest_gap: int) -> int:
-    """Return the number of detections of a track's longest part without a gap."""
+    """Return the number of detections in the longest part of a track without a gap."""
     ends = np.flatnonzero(np.diff(frame, append=np.inf) > longest_gap)
     return int(np.diff(ends, prepend=-1).max())
 
@@ -132,7 +134,7 @@ def _unbroken(frame: np.ndarray, longest_gap: int) -> int:
 def _joined(
     tracks: list[np.ndarray], frame: np.ndarray, pixels: np.ndarray, height: np.ndarray, frame_rate_hz: float
 ) -> list[np.ndarray]:
-    """Return the rows of each person: tracks that continue each other by position and size are joined.
+    """Return the detections of each person, joining tracks that continue each other in position and size.
 
     Both ends are extrapolated to the middle of the gap.  Tracks stay separate if a third track that overlaps one of
     them in time fits as well.
@@ -178,19 +180,21 @@ def _joined(
 def _end(
     rows: np.ndarray, frame: np.ndarray, pixels: np.ndarray, height: np.ndarray, count: int
 ) -> np.ndarray:
-    """Return column, row and log height at the first of some rows, and their change per frame (2, 3)."""
+    """Return column, row and log height in the first detection of a track, and their change per frame, as (2, 3)."""
     near = rows[:count]
     state = np.column_stack([np.nanmedian(pixels[near], axis=1), np.log(height[near])])
     return np.polyfit(frame[near] - frame[rows[0]], state, 1)[::-1]
 
 
 def _gap(frame_rate_hz: float) -> int:
-    """Return the number of frames that a person may be unseen within a track."""
+    """Return the maximum number of frames without a detection within a track."""
     return max(round(MAX_GAP_S * frame_rate_hz), 1)
 
 
 def moving_parts(pixels: np.ndarray, frame_rate_hz: float) -> list[tuple[int, int]]:
-    """Return the parts of a track in which the legs move: frames from and to (exclusive), the longest first.
+    """Return the parts of a track in which the legs move, the longest first.
+
+    A part is its first frame and the frame after its last.
 
     Parameters
     ----------
@@ -231,7 +235,7 @@ def moving_parts(pixels: np.ndarray, frame_rate_hz: float) -> list[tuple[int, in
 
 
 def _runs(flags: np.ndarray) -> list[tuple[int, int]]:
-    """Return the runs of true values, from and to (exclusive)."""
+    """Return the runs of true values as pairs: first index of the run, and index after the end of the run."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(int), [0]])))
     return [(int(start), int(stop)) for start, stop in edges.reshape(-1, 2)]
 
@@ -239,7 +243,9 @@ def _runs(flags: np.ndarray) -> list[tuple[int, int]]:
 def straight_stretches(
     pixels: np.ndarray, heights_mm: np.ndarray, frame_rate_hz: float, focal_px: float
 ) -> list[tuple[int, int]]:
-    """Return the straight stretches of a track: frames from and to (exclusive), the longest first.
+    """Return the straight stretches of a track, the longest first.
+
+    A stretch is its first frame and the frame after its last.
 
     Parameters
     ----------
@@ -286,7 +292,10 @@ def straight_stretches(
 
 
 def _ground_path(pixels: np.ndarray, heights_mm: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the body's column (T,), distance over focal length (T,), mm per pixel, and the measured frames (T,)."""
+    """Return the body's image column (T,), the distance over focal length (T,), mm per pixel, and a mask (T,).
+
+    The mask marks the frames in which both were measured; other frames are interpolated.
+    """
     visible = np.isfinite(pixels).all(axis=-1)
     slope = image_scale(np.where(visible, pixels[..., 1], 0.0), visible.astype(float), heights_mm)
     good = (visible.sum(axis=1) >= 4) & (slope > 0)
@@ -300,7 +309,7 @@ def _ground_path(pixels: np.ndarray, heights_mm: np.ndarray) -> tuple[np.ndarray
 
 
 def path_turn_rad(pixels: np.ndarray, heights_mm: np.ndarray, focal_px: float) -> float:
-    """Return the direction of the path at the end of a stretch (T, 15, 2) minus that at its beginning, rad.
+    """Return the change in the direction of the path over a stretch (T, 15, 2), from its first to its last frame, rad.
 
     Only position and size in the image are used: detectors exaggerate the turn of a body that is seen from the side.
     """
@@ -320,7 +329,7 @@ def _running_mean(values: np.ndarray, window: int) -> np.ndarray:
 
 
 def _central(values: np.ndarray, step: int) -> np.ndarray:
-    """Return slopes per frame over `step` frames on either side, one-sided at the ends."""
+    """Return slopes per frame over `step` frames to either side; at the ends, over the frames that exist."""
     after = np.minimum(np.arange(len(values)) + step, len(values) - 1)
     before = np.maximum(np.arange(len(values)) - step, 0)
     return (values[after] - values[before]) / (after - before)

@@ -1,4 +1,4 @@
-"""Model of walkers, learnt from recorded walks.
+"""Training of the model of walkers on recorded walks.
 
 Symbols
 -------
@@ -29,15 +29,15 @@ HARMONICS = 4
 BLOCKS = 1 + 2 * HARMONICS
 SIZE = JOINTS * 3 * BLOCKS
 HEIGHT_MM = 1500.0
-"""Height of the centre of the head above the ankles to which every walker is scaled."""
+"""Height of the head's centre above the ankles, mm, to which each walker is scaled."""
 
 MAX_WALKERS = 60.0
-"""Largest effective number of walkers."""
+"""Maximum effective number of walkers."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Population:
-    """Statistics of the training walks, scaled to 1500 mm, without the covariance of the coefficients.
+    """Statistics of the training walks, scaled to 1500 mm; subclasses add the covariance of the coefficients.
 
     Attributes
     ----------
@@ -64,13 +64,13 @@ class Population:
 
     @property
     def counted(self) -> dict[str, Any]:
-        """Fields that every kind of population has, by name."""
+        """Fields that all kinds of population have in common, by name."""
         return {entry.name: getattr(self, entry.name) for entry in fields(Population)}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Moments(Population):
-    """Population with the sample covariance.
+    """Statistics of the training walks with the sample covariance.
 
     Attributes
     ----------
@@ -83,7 +83,7 @@ class Moments(Population):
 
 @dataclass(frozen=True, kw_only=True)
 class WalkerModel(Population):
-    """Population with the shrunken covariance.
+    """Statistics of the training walks with the shrunken covariance.
 
     Attributes
     ----------
@@ -139,7 +139,7 @@ def training_walk(positions: np.ndarray, frame_rate_hz: float, height_mm: float)
 
 
 def moments(walks: Sequence[TrainingWalk], people: np.ndarray) -> Moments:
-    """Return mean, covariance and variations of the walks of several people and their mirror images.
+    """Return mean, covariance and other statistics of several people's walks and of the walks' mirror images.
 
     Parameters
     ----------
@@ -183,7 +183,7 @@ def moments(walks: Sequence[TrainingWalk], people: np.ndarray) -> Moments:
 
 
 def model_of(sample: Moments) -> WalkerModel:
-    """Return the model of walkers with these moments."""
+    """Return the model of walkers with the given sample statistics."""
     rows, _ = anatomical.stance_rows(sample.mean)
     return WalkerModel(
         **sample.counted,
@@ -193,13 +193,15 @@ def model_of(sample: Moments) -> WalkerModel:
 
 
 def train(walks: Sequence[TrainingWalk], people: np.ndarray) -> WalkerModel:
-    """Learn the model from the walks (R of them) of several people (R,)."""
+    """Learn the model from R walks; `people` (R,) contains the person of each walk."""
     return model_of(moments(walks, people))
 
 
 @dataclass(frozen=True, kw_only=True)
 class CompactMoments(Population):
-    """Moments with a few eigenwalkers and, beyond them, the covariance of joints within each harmonic.
+    """Statistics of walkers with a compact covariance.
+
+    It consists of a few eigenwalkers and, for the remainder, the covariance of joints within each harmonic.
 
     No training person can be read from them: there are fewer eigenwalkers than half the people, none of their
     coefficients, and otherwise only means over all people.
@@ -220,7 +222,7 @@ class CompactMoments(Population):
 
 
 def compact(sample: Moments, components: int) -> CompactMoments:
-    """Reduce moments to `components` eigenwalkers and the structured rest.
+    """Reduce the covariance to `components` eigenwalkers and the covariance of the remainder within each harmonic.
 
     Raises
     ------
@@ -238,7 +240,7 @@ def compact(sample: Moments, components: int) -> CompactMoments:
 
 
 def expand(sample: CompactMoments) -> Moments:
-    """Return moments with a full covariance: eigenwalkers, and the covariance within each harmonic beyond them."""
+    """Return statistics with a full covariance, from eigenwalkers and the covariance within each harmonic."""
     main = (sample.components.T * sample.eigenvalues) @ sample.components
     T = np.zeros((JOINTS * 3, BLOCKS, JOINTS * 3, BLOCKS))
     for block in range(BLOCKS):

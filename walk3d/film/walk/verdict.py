@@ -21,27 +21,30 @@ from walk3d.film.walk.sagittal_angles import ANGLES
 from walk3d.film.walk.training import BLOCKS, HEIGHT_MM
 
 MAX_RESIDUAL = 1.65
-"""Largest residual of a walk, per cent of the height; 1 % of walks exceed it."""
+"""Maximum residual of a walk, per cent of the walker's height in the image; 1 % of walks have a larger residual."""
 DOUBTFUL_RESIDUAL = 1.3
 MAX_DISTANCE = 2.6
-"""Largest mean squared distance, per number, of a walk's image from the population's."""
+"""Maximum squared Mahalanobis distance of a walk's image from the population's images, per coefficient."""
 DOUBTFUL_DISTANCE = 1.7
 MIN_LEG_MOTION = 0.5
-"""Smallest motion of the legs in the image, relative to the average walker's from the same side."""
+"""Minimum motion of the legs in the image, relative to the average walker's motion seen from the same side."""
 MIN_STRIDES = 0.8
-"""Fewest strides of a walk: in shorter clips nothing repeats."""
+"""Minimum number of strides of a walk; shorter clips contain no repetition."""
 MAX_ANKLE_CORRELATION = 0.1
-"""Largest correlation of the two ankles of a walk, each about its hip; -0.9 to 0 is usual."""
+"""Maximum correlation between the motions of the two ankles of a walk, each relative to its hip.
+
+Usual correlations are -0.9 to 0.
+"""
 SLOW_STRIDE_HZ = 0.6
-"""Strides per second below which a wrong frame rate is more likely than a slow walk."""
+"""Stride frequency, Hz, below which a wrong frame rate is more likely than a slow walk."""
 MAX_STRIDE_HZ = 1.35
-"""Strides per second above which people run."""
+"""Stride frequency, Hz, above which people run."""
 MIN_BOUNCE = -0.5
-"""Smallest bounce of a walk, relative to the average walker's; runs have about -2."""
+"""Minimum vertical motion of a walk's trunk, relative to the average walker's; runs have about -2."""
 MIN_KNEE_DEG = -15.0
-"""Smallest flexion of a knee: lax knees hyperextend by 10°, and the 95 % bars are 15° wide."""
+"""Minimum flexion of a knee, degrees; lax knees hyperextend by 10°, and the 95 % error bars are 15° wide."""
 NOISE_MEMORY_S = 0.3
-"""Time in which errors of keypoints and the shake of a camera decorrelate."""
+"""Time, s, in which the errors of keypoints and the shake of a camera decorrelate."""
 
 
 class Verdict(StrEnum):
@@ -54,7 +57,7 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True)
 class Judgement:
-    """Verdict on a clip, with its reasons.
+    """Verdict on a clip, with the reasons for it.
 
     Attributes
     ----------
@@ -68,7 +71,9 @@ class Judgement:
 
 
 def bounce(reconstruction: Reconstruction) -> float:
-    """Return the trunk's oscillation twice a stride along the average walker's, whose amplitude and phase give 1.
+    """Return the trunk's vertical motion at twice the stride frequency, relative to the average walker's.
+
+    It is 1 if amplitude and phase are those of the average walker.
 
     Walkers are lowest where their feet are farthest apart; runners are then in flight.  The estimate is raised by twice
     its standard error, so that a shaking camera does not count as a bounce.
@@ -99,7 +104,7 @@ def bounce(reconstruction: Reconstruction) -> float:
 
 
 def judge(reconstruction: Reconstruction) -> Judgement:
-    """Judge whether the clip shows a walk."""
+    """Judge whether a reconstructed clip shows a walk."""
     g, distance = reconstruction.relative_residual, reconstruction.starts.least_distance
     strides = reconstruction.strides
     rejections, doubts = [], []

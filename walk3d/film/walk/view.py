@@ -1,4 +1,4 @@
-"""Pinhole camera that films a walk: from the walker's axes to camera axes, and to the image.
+"""Pinhole camera that films a walk: transformations from the walker's axes to camera axes and to the image.
 
 Symbols
 -------
@@ -31,28 +31,28 @@ def level_axes(heading_rad: np.ndarray | float) -> np.ndarray:
 
 
 def to_level(vectors: np.ndarray, heading_rad: np.ndarray) -> np.ndarray:
-    """Return vectors (3, …, T) in level camera axes, from vectors in the axes of a walker with headings (T,)."""
+    """Convert vectors (3, …, T) from the walker's axes, with headings (T,), to level camera axes."""
     c, s = np.cos(heading_rad), np.sin(heading_rad)
     return np.array([s * vectors[1] - c * vectors[0], -vectors[2], -s * vectors[0] - c * vectors[1]])
 
 
 def to_walker(level: np.ndarray, heading_rad: np.ndarray) -> np.ndarray:
-    """Return vectors (3, …, T) in the walker's axes: the inverse of `to_level`."""
+    """Convert vectors (3, …, T) from level camera axes to the walker's axes; the inverse of `to_level`."""
     c, s = np.cos(heading_rad), np.sin(heading_rad)
     return np.array([-c * level[0] - s * level[2], s * level[0] - c * level[2], -level[1]])
 
 
 def pitched(pitch_rad: float) -> np.ndarray:
-    """Return the rotation (3, 3) from level camera axes to a camera pitched about its horizontal axis."""
+    """Return the rotation (3, 3) from level camera axes to the axes of a camera with the given pitch, rad."""
     c, s = np.cos(pitch_rad), np.sin(pitch_rad)
     return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
 
 
 def project(points: np.ndarray, focal_px: float) -> np.ndarray:
-    """Return pixels (…, 2), relative to the principal point, of points (…, 3) in camera axes."""
+    """Project points (…, 3) in camera axes to pixels (…, 2) relative to the principal point."""
     return focal_px * points[..., :2] / points[..., 2:]
 
 
 def view_angle_deg(heading_rad: float) -> float:
-    """Return the view angle of the papers, degrees within ±180, of a heading in radians."""
+    """Return the view angle as the papers define it, degrees within ±180, from a heading in radians."""
     return (180.0 - np.degrees(heading_rad) + 180.0) % 360.0 - 180.0
