@@ -129,7 +129,7 @@ def claim_entry(
 def _registered(
     name: str, share: float, values: Mapping[tuple[str, str], float]
 ) -> dict[str, Interval] | None:
-    """Return the interval of a share about the registered value, by data set; None if the claim has none."""
+    """Return the interval of a share about the registered value, by data set; None without a registered value."""
     if not share:
         return None
     own = {data: value for (data, item), value in values.items() if item == name}
