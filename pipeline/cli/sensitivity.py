@@ -1,4 +1,4 @@
-"""Command `sensitivity`: effect on the verdicts of switches that resolve ambiguities of the papers."""
+"""Command `sensitivity`: effect of each switch, which resolves an ambiguity of the papers, on the verdicts."""
 
 from __future__ import annotations
 
