@@ -103,7 +103,7 @@ def report(arguments: Sequence[str]) -> int:
 
 
 def make_page(folder: Path, data_name: str, figures: Sequence[str]) -> str:
-    """Write ``claims.csv`` and ``index.html`` in ``results/<data>/<scale>``; return a line about the page."""
+    """Write ``claims.csv`` and ``index.html`` in ``results/<data>/<scale>``; return the path of the page as text."""
     from pipeline.report.document import write_page
 
     if folder.is_dir():

@@ -49,7 +49,7 @@ def built_figures() -> list[str]:
 
 
 _NOT_APPLICABLE = ("no_clips_of_this_kind", "truth_not_known", "not_fetched")
-"""Codes of the InvalidInput that means that a data set lacks suitable clips or a file."""
+"""Codes of errors that mean that a data set lacks suitable clips or a file."""
 
 
 def reason_without_clips(experiment: Experiment) -> str:

@@ -273,7 +273,7 @@ class _Workers:
 
 
 def _watch(client: Any, futures: Sequence[Any], jobs: Jobs, console: Console) -> list[Made]:
-    """Wait for the result of each figure and return it; meanwhile show the figures, tasks, workers and lost workers."""
+    """Wait for the results of all figures and return them; show figures, tasks, workers and lost workers meanwhile."""
     lost, connected, results = list[str](), set[str](), dict[int, Made]()
 
     def heed(event: tuple[float, dict[str, Any]]) -> None:

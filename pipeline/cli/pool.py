@@ -161,7 +161,7 @@ def _work(
     not_returned: int,
     parent: int,
 ) -> None:
-    """Make a figure in a worker; send the name of each stage, then the result and the number of owed cores."""
+    """Make a figure in a worker; send the name of each stage, then the result and the number of cores it owes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C and ends its workers
     signal.signal(signal.SIGTERM, _interrupt)
     sys.stdout, sys.stderr = sys.__stdout__, sys.__stderr__  # the display had replaced them

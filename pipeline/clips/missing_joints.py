@@ -26,7 +26,7 @@ LEG_MM = 850.0
 COMPONENTS = 30
 """Number of eigenwalkers in the model."""
 NOISE_VARIANCE_MM2 = 300.0
-"""Noise variance of recorded walkers relative to the synthetic model.
+"""Variance of the differences between recorded walkers and the model of synthetic walkers.
 
 The value is the best of 70, 300, 1000 and 3000 on recorded people.
 """
@@ -70,7 +70,7 @@ def complete(
 
 
 def conditional_mean(model: LinearModel, coefficients: np.ndarray, missing: np.ndarray) -> np.ndarray:
-    """Return the expected Fourier representation (5, 15, 3) of a walker with missing joints.
+    """Return the expected Fourier representation (5, 15, 3), mm, of a walker with missing joints.
 
     Parameters
     ----------

@@ -16,7 +16,10 @@ REMARK = "may be the person of"
 """First words of the remark on a recording that may show the person of a recording under another name."""
 
 EQUAL_LIMB_TOLERANCE = 0.1
-"""Largest difference of limb lengths, per cent, at which two recordings certainly have the same skeleton."""
+"""Difference of limb lengths, per cent, below which two recordings are assumed to have the same skeleton.
+
+The recordings are of the same person, or one skeleton was used for several people.
+"""
 
 MAX_LIMB_DIFFERENCE, MAX_POSTURE_DIFFERENCE_MM = 2.0, 18.0
 """Largest differences of limb lengths (per cent) and postures (mm) at which two people may be the same."""

@@ -93,7 +93,7 @@ def require_joints(count: int, where: str) -> None:
 
 
 def compare_frames(declared: float, count: int, notes: list[str]) -> None:
-    """Add a note if a file, for example a truncated one, has not the declared number of frames.
+    """Add a note if the number of frames in a file differs from the declared number; the file may be truncated.
 
     Parameters
     ----------
@@ -205,7 +205,7 @@ def leave_out_placeholders(positions: np.ndarray, notes: list[str], millimetres:
 
 
 def _number_repeated_names(names: list[str], positions_mm: np.ndarray, notes: list[str]) -> None:
-    """Number the repeated names of different points, such as medial markers of a standing trial: ``LKNE_2``.
+    """Number repeated names of different points, e.g. medial markers: the second ``LKNE`` becomes ``LKNE_2``.
 
     Names stay equal if most are repeated, because they belong to two people, or if the points coincide.
     """

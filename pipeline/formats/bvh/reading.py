@@ -301,7 +301,7 @@ def read_hierarchy(lines: list[str], where: str) -> tuple[list[Joint], int]:
 
 
 def _prefix_names(joints: list[Joint]) -> None:
-    """Begin each name with the number of its root and a colon if several roots have joints with the same name."""
+    """Prefix each name with the number of its root and a colon, if several roots have joints with the same name."""
     if len({joint.name for joint in joints}) == len(joints):
         return
     root = 0

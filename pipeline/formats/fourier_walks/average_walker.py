@@ -190,7 +190,7 @@ def read_mat(path: Path, *, frame_rate_hz: float | None = None, units: str | Non
 
 
 def _of_javascript(data: bytes, where: str) -> tuple[dict[str, np.ndarray], str]:
-    """Return the arrays of the average walker and its axes from the text of BMWalker.js, and the text's source."""
+    """Return the arrays of the average walker and its axes from the text of BMWalker.js, and its source and licence."""
     text = data.decode("utf-8", "replace")
     named = {"mean": r"meanwalker\[0\]", **{axis: rf"{name}(?:\[0\])?" for axis, name in AXES.items()}}
     blocks = {}

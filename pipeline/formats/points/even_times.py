@@ -27,7 +27,10 @@ RATE_TOLERANCE = 0.01
 
 _UNITS = {"milliseconds": 1e3, "microseconds": 1e6, "ticks of 100 ns": 1e7, "nanoseconds": 1e9}
 MAX_STEP = {"milliseconds": 1.5e3, "microseconds": 5e4, "ticks of 100 ns": 2e6, "nanoseconds": np.inf}
-"""Longest interval between frames, in seconds, that identifies the unit of the times."""
+"""Longest interval between frames for each unit of time, in that unit.
+
+Times with longer intervals are in a smaller unit.
+"""
 
 
 def unit_of_times(step: float, declared_hz: float | None = None) -> tuple[str, float] | None:
