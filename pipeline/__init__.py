@@ -98,7 +98,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Return a function of `pipeline.api`, which is imported at the first use."""
+    """Return a function of `pipeline.api`, which is imported when a function is first used."""
     import importlib
 
     if name == "__version__":

@@ -32,9 +32,9 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
 SAME_WALK_MM = 1e-3
-"""Maximum difference of coefficients below which two walks count as the same one."""
+"""Difference of Fourier coefficients below which two walks are treated as the same walk."""
 _MAX_SIZE_RATIO = 5.0
-"""Maximum ratio of the sizes of two people; a larger ratio means another unit."""
+"""Maximum ratio of the sizes of two people; a larger ratio indicates different units of length."""
 
 
 @shortened
@@ -146,7 +146,10 @@ def fit(walks: Sequence[FourierRepresentation], components: int = 30) -> Walkers
 
 
 def sample_of(walk: FourierRepresentation) -> np.ndarray:
-    """Return the coefficients of a walk as a sample (D,); raise InvalidInput if `walk` is not from `represent`."""
+    """Return the coefficients of a walk as a sample (D,).
+
+    Raises InvalidInput if `walk` is not a result of `represent`.
+    """
     coefficients = getattr(walk, "coefficients", np.empty(0))
     if coefficients.shape != (5, 15, 3):
         raise InvalidInput(
@@ -156,7 +159,7 @@ def sample_of(walk: FourierRepresentation) -> np.ndarray:
 
 
 def require_other(model: WalkersModel, walk: FourierRepresentation) -> None:
-    """Raise InvalidInput if the model was learnt from the walk."""
+    """Raise InvalidInput if the walk is one of the walks from which the model was learnt."""
     sample = sample_of(walk)
     if (abs(model.samples - sample).max(axis=1) < SAME_WALK_MM).any():
         raise InvalidInput(
@@ -172,7 +175,7 @@ def from_view(
     hidden: Sequence[str] = (),
     noise_variance_mm2: float = 70.0,
 ) -> np.ndarray:
-    """Return the Fourier coefficients (5, 15, 3), mm, reconstructed from one view of a walk with the model as prior.
+    """Return a walk's Fourier coefficients (5, 15, 3), mm, reconstructed from one view with the model as prior.
 
     Parameters
     ----------
@@ -220,7 +223,7 @@ def from_view(
 def motion(
     coefficients: np.ndarray, frequency_hz: float, n_cycles: float = 3.0, frame_rate_hz: float = 100.0
 ) -> MotionCapture:
-    """Return the motion of a Fourier representation, on the spot and along +y, z up.
+    """Return the motion that a Fourier representation describes: walking on the spot, facing +y, z up.
 
     Parameters
     ----------
@@ -251,7 +254,7 @@ def motion(
 def to_dataframe(
     motion: MotionCapture, skeleton: str = "", *, individual: str = "individual_0"
 ) -> pd.DataFrame:
-    """Return a recording as a tidy pandas table, one row per frame and point.
+    """Return a recording as a tidy pandas table with one row for each frame and point.
 
     Columns are ``time_s, individual, keypoint, x_mm, y_mm, z_mm``; missing positions are NaN.
 
@@ -277,7 +280,7 @@ def to_dataframe(
 
 
 def to_xarray(motion: MotionCapture, skeleton: str = "", *, individual: str = "individual_0") -> Dataset:
-    """Return a recording as an xarray data set in the layout of the package movement.
+    """Return a recording as an xarray data set in the layout of the package ``movement``.
 
     ``position`` (time, space, keypoint, individual) is in mm, ``time`` in seconds; ``confidence`` is unknown (NaN).
 
@@ -307,7 +310,7 @@ def to_xarray(motion: MotionCapture, skeleton: str = "", *, individual: str = "i
 
 
 def _points(motion: MotionCapture, skeleton: str) -> tuple[np.ndarray, Sequence[str], np.ndarray]:
-    """Return times (T,), names and positions (T, K, 3) of points or joints; missing positions are NaN."""
+    """Return times (T,), s, names (K), and positions (T, K, 3), mm, of points or joints; NaN where missing."""
     names, positions, valid = motion.names, motion.positions_mm, motion.valid
     if skeleton:
         names, (positions, valid) = WALKER15.joints, joints(motion, skeleton)

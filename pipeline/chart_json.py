@@ -1,4 +1,4 @@
-"""Charts as JSON, for the manifests of figures."""
+"""Conversion of charts to JSON and back, for the manifests of figures."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ _FLAT = {
     "ticks": "ticks",
     "words": "words",
 }
-"""Name of each field of the abscissa in the JSON form of a chart."""
+"""Name in JSON of each field of a chart's abscissa."""
 
 
 def to_json(chart: Chart) -> dict[str, Any]:
-    """Return the JSON form of a chart, without default values; ordered mappings become lists of pairs."""
+    """Return the JSON form of a chart, without default values; mappings whose order matters become lists of pairs."""
     plain = _plain(chart)
     abscissa = {_FLAT[name]: value for name, value in plain.pop("abscissa").items()}
     plain.pop("page", None)
@@ -56,7 +56,7 @@ def _is_usual(value: Any, usual: Any) -> bool:
 
 
 def from_json(plain: Mapping[str, Any], where: str = "") -> Chart:
-    """Return a chart from its JSON form; `where` names the figure in messages.
+    """Return a chart from its JSON form; `where` is the figure's name in messages.
 
     Raises
     ------
@@ -90,7 +90,7 @@ def from_json(plain: Mapping[str, Any], where: str = "") -> Chart:
 
 
 def _restored(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the fields of lines with mappings and styles restored from their JSON form."""
+    """Return the fields of lines, with mappings and styles restored from their JSON form."""
     restored = dict(values)
     if "where" in restored:
         restored["where"] = dict(restored["where"])

@@ -1,4 +1,4 @@
-"""Limits of a chart's axes, in pictures and on the page: every value and every end of an interval is inside."""
+"""Limits of a chart's axes, in pictures and on the page; they include every value and every end of an interval."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ import numpy as np
 from pipeline.charts import Chart, Line, Sheet, lines_of
 
 _MARGIN, _POINT_MARGIN = 0.05, 0.03
-"""Margins of an ordinate, and of an abscissa with points, as fractions of the range of the data."""
+"""Margins as fractions of the data's range: of an ordinate, and of an abscissa with points."""
 
 
 def ordinate_limits(panels: Sequence[tuple[Chart, Sequence[Line]]]) -> tuple[float, float]:
-    """Return the limits of the ordinate that charts share.
+    """Return the common limits of the ordinate of several charts.
 
     Values, intervals and references are inside.  Bands of the spread can be much wider: they extend the axis at most by
     the range of these, and not at all if a chart has limits.
@@ -44,7 +44,7 @@ def ordinate_limits(panels: Sequence[tuple[Chart, Sequence[Line]]]) -> tuple[flo
 
 
 def abscissa_limits(chart: Chart, lines: Sequence[Line]) -> tuple[float, float]:
-    """Return the limits of a chart's abscissa: those of its `Axis`, or the range of the data and the references."""
+    """Return the limits of a chart's abscissa: the limits of its `Axis`, or the range of data and references."""
     if chart.abscissa.limits:
         return chart.abscissa.limits
     log = chart.abscissa.log
@@ -56,7 +56,7 @@ def abscissa_limits(chart: Chart, lines: Sequence[Line]) -> tuple[float, float]:
 
 
 def with_shared_limits(sheet: Sheet, tables: Mapping[str, Any]) -> Sheet:
-    """Return the sheet with the same ordinate for all charts of a row of its picture, if it shares the ordinate."""
+    """Return a sheet in which charts of the same row have the same ordinate limits, if the sheet requests this."""
     if not sheet.share_y:
         return sheet
     pictured = [n for n, chart in enumerate(sheet.charts) if chart.picture]

@@ -1,4 +1,4 @@
-"""Charts as plain values: the columns of tables that are drawn, and their axes.
+"""Charts as plain values: the columns of tables that are drawn, and the axes.
 
 A figure declares its charts once.  `pipeline.pictures` prints them, `pipeline.recordings` logs those whose abscissa is
 the recording's timeline, and `pipeline.report` shows them on the page.  Pictures and page have the same lines
@@ -27,7 +27,7 @@ Ends = tuple[np.ndarray, np.ndarray]
 
 @dataclass(frozen=True, kw_only=True)
 class Lines:
-    """Lines from one table, one line per series.
+    """Lines drawn from one table, with one line for each series.
 
     Columns ``<y>_low`` and ``<y>_high`` of the table, if present, are the interval of `y`.
 
@@ -67,7 +67,7 @@ class Lines:
 
 @dataclass(frozen=True, kw_only=True)
 class Reference:
-    """Reference value in a chart: a horizontal or vertical line, a point, or a line through the origin.
+    """Reference in a chart: a horizontal or vertical line, a point, or a line through the origin.
 
     Attributes
     ----------
@@ -164,7 +164,7 @@ class Chart(Lines):
 
     @property
     def quantity(self) -> str:
-        """Name of the quantity, by default that of the column."""
+        """Name of the quantity on the ordinate; by default the name of the column."""
         return self.name or self.y
 
     @property
@@ -182,7 +182,7 @@ UNITS = {
     "_s": "s",
     "_frames": "frames",
 }
-"""Unit by the end of a column's name."""
+"""Unit of a column by the ending of its name."""
 
 
 def _axis(label: str, unit: str, column: str) -> str:
@@ -194,7 +194,7 @@ def _axis(label: str, unit: str, column: str) -> str:
 
 @dataclass(frozen=True, kw_only=True)
 class Sheet:
-    """Charts of a figure and their arrangement in its picture.
+    """Charts of a figure, and their arrangement in the figure's picture.
 
     Attributes
     ----------
@@ -219,7 +219,7 @@ class Sheet:
     panel_size: tuple[float, float] | None = None
 
     def with_published(self, number: Callable[[str], float], shown: bool = True) -> Sheet:
-        """Return the sheet with published numbers in place of the names of their claims, or without them."""
+        """Return the sheet with published values in place of claims' names; if not `shown`, without the references."""
 
         def resolved(reference: Reference) -> Reference:
             values = {"x": reference.x, "y": reference.y, "percent": reference.percent}
@@ -238,7 +238,7 @@ class Sheet:
 
 @dataclass(frozen=True)
 class Line:
-    """Line of a chart, with its values.
+    """Values and style of one line in a chart.
 
     Attributes
     ----------
@@ -263,7 +263,7 @@ class Line:
 
 
 def lines_of(chart: Chart, tables: Mapping[str, Any]) -> list[Line]:
-    """Return the lines of a chart from the tables of its figure.
+    """Return the lines of a chart, with values from the tables of the chart's figure.
 
     Rows without a finite value are left out.  Over an abscissa of names, the series are drawn next to each other.
 
@@ -340,7 +340,10 @@ def _lines(chart: Chart, lines: Lines, table: Any, number: int) -> list[Line]:
 
 
 def _known(ends: Ends | None, rows: np.ndarray) -> Ends | None:
-    """Return the ends of these rows, with NaN for both ends where one is unknown; None if all are unknown."""
+    """Return the ends of the intervals in some rows; both ends are NaN if either is unknown.
+
+    Returns None if no interval has both ends.
+    """
     if ends is None:
         return None
     low, high = (end[rows] for end in ends)
@@ -351,7 +354,7 @@ def _known(ends: Ends | None, rows: np.ndarray) -> Ends | None:
 
 
 def on_timeline(timeline: str, values: np.ndarray) -> np.ndarray:
-    """Return the positions (N,) of abscissa values on a timeline, as whole numbers except for ``time``.
+    """Return the positions (N,) on a timeline of abscissa values, as whole numbers except for ``time``.
 
     Examples
     --------

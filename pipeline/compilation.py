@@ -1,4 +1,4 @@
-"""Loops compiled by numba, once per machine.
+"""Loops that numba compiles once on each machine.
 
 NaN and infinity behave as in IEEE arithmetic.  Numba's cache on disk is keyed by the file of a loop.  A loop and its
 callees must therefore be in the same file: otherwise an edited callee leaves a stale copy in its caller.
@@ -20,13 +20,13 @@ from pipeline.locks import exclusive
 _NUMBA = "numba (extra `papers`), which is not installed: pip install 'gait-pipeline[papers]', in a clone make install"
 
 _COMPILING: set[Path] = set()
-"""Folders that this process has locked: compiling a loop also compiles the loops that it calls."""
+"""Cache folders that this process has locked; compiling a loop also compiles the loops that it calls."""
 
 _ONE_THREAD = RLock()
 
 
 class CompiledLoop:
-    """Loop that is compiled at its first call and has the attributes of numba's dispatcher."""
+    """Loop that is compiled at its first call, and that has the attributes of numba's dispatcher."""
 
     def __init__(self, loop: Callable, **options: Any) -> None:
         update_wrapper(self, loop)
@@ -34,7 +34,7 @@ class CompiledLoop:
         self._dispatcher: Any = None
 
     def dispatcher(self) -> Any:
-        """Return numba's dispatcher; all loops of the module become dispatchers, since they call each other."""
+        """Return the loop's numba dispatcher; also replaces the module's other loops, since loops call each other."""
         with _ONE_THREAD:
             if self._dispatcher is None:
                 self._dispatcher = _compiled(self._loop, **self._options)
@@ -63,7 +63,7 @@ def compiled_exactly(loop: Callable) -> CompiledLoop:
 
 
 def compiled_with_free_sums(loop: Callable) -> CompiledLoop:
-    """Return a loop as from `compiled_exactly`, except that the compiler may reorder and fuse the terms of sums.
+    """Return a loop like `compiled_exactly`, but allow the compiler to reorder and fuse the terms of sums.
 
     The rounding error of the result depends on the processor; callers must allow for it.
     """
@@ -84,7 +84,7 @@ def _compiled(loop: Callable, **options: Any) -> Any:
     folder = Path(dispatcher.stats.cache_path)
 
     def compile_once(signature: Any) -> Any:
-        """Compile while other processes that use the same cache folder wait."""
+        """Compile a loop, while other processes that use the same cache folder wait."""
         with _ONE_THREAD:
             if folder in _COMPILING:
                 return compile_for(signature)

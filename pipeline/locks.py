@@ -1,4 +1,4 @@
-"""Locks between processes: file locks that the system releases when their owner ends for any reason."""
+"""Locks between processes: file locks, which the system releases when the owner ends for any reason."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ except ImportError:  # Windows: processes do not wait, and the first of two resu
 def exclusive(
     path: Path, waiting: Callable[[], AbstractContextManager[None]] = nullcontext
 ) -> Iterator[None]:
-    """Hold a lock during the ``with`` block.
+    """Hold an exclusive lock during the ``with`` block.
 
     The lock file exists only while a process holds the lock or waits for it.
 
@@ -55,7 +55,7 @@ def exclusive(
 
 
 def remove_unheld(folder: Path, pattern: str) -> None:
-    """Remove the lock files of killed processes from a folder."""
+    """Remove the lock files in a folder that no process holds, for example those of killed processes."""
     if fcntl is None:
         return
     with suppress(OSError):
@@ -72,7 +72,7 @@ def remove_unheld(folder: Path, pattern: str) -> None:
 
 
 def _is_file_of(descriptor: int, path: Path) -> bool:
-    """Return whether an open file is the one that a path names now."""
+    """Return True if an open file is still the file at a path."""
     try:
         return os.path.samestat(os.fstat(descriptor), path.stat())
     except FileNotFoundError:

@@ -1,4 +1,4 @@
-"""Colours and styles of series: one palette for printed pictures and for recordings.
+"""Colours and styles of series: the same palette for printed pictures and for recordings.
 
 The hues are those of Okabe and Ito, which colour-blind readers can distinguish.  A colour has a name (``"blue"``) and
 may have roles (``"map"``); roles give a method the same colour in every figure.  Pictures have a white background and
@@ -22,10 +22,10 @@ COLOURS = {
     "yellow": "#F0E442",
     "silver": "#CDCDCD",
 }
-"""Hexadecimal red, green and blue by name; the last two are too light for thin lines on white."""
+"""Red, green and blue in hexadecimal, by colour name; the last two are too light for thin lines on white."""
 
 CYCLE = ("black", "orange", "blue", "green", "purple", "amber", "sky", "grey")
-"""Colours of series without a colour of their own, in order of use."""
+"""Names of the colours for series without a colour of their own, in order of use."""
 
 ROLES = {
     "original": "black",
@@ -40,20 +40,23 @@ ROLES = {
     "in_doubt": "amber",
     "undecided": "orange",
 }
-"""Name of the colour by role."""
+"""Colour name for each role."""
 
 CONFIDENCES = {"green": "decided", "amber": "in_doubt", "red": "undecided"}
-"""Role by confidence in the reconstruction of a limb, which depends on the margin of its mirror image."""
+"""Role for each confidence in the reconstruction of a limb.
+
+The confidence depends on the margin over the mirror image of the limb.
+"""
 
 NAMES = (*COLOURS, *ROLES)
-"""Valid names of a colour: colours and roles."""
+"""Valid names of a colour: names of colours and roles."""
 
 ON_DARK = {"black": "silver"}
-"""Replacement of colours on a dark background."""
+"""Colours that are replaced on a dark background, with their replacements."""
 
 
 def colour_name(colour: str) -> str:
-    """Return the name in `COLOURS` of a colour, given by name or role.
+    """Return the name in `COLOURS` for the name of a colour or role.
 
     Raises
     ------
@@ -71,7 +74,7 @@ def colour_name(colour: str) -> str:
 
 
 def name_on_dark(colour: str) -> str:
-    """Return the name of the colour that replaces a colour, given by name or role, on a dark background.
+    """Return the colour name to use on a dark background for the name of a colour or role.
 
     Examples
     --------
@@ -83,7 +86,7 @@ def name_on_dark(colour: str) -> str:
 
 
 def hex_colour(colour: str) -> str:
-    """Return a colour, given by name or role, as ``"#RRGGBB"`` for a white background.
+    """Return the colour with a given name or role as ``"#RRGGBB"``, for a white background.
 
     Examples
     --------
@@ -94,7 +97,7 @@ def hex_colour(colour: str) -> str:
 
 
 def rgb_colour(colour: str, *, dark_ground: bool = False) -> tuple[int, int, int]:
-    """Return red, green and blue (0 to 255) of a colour, given by name or role.
+    """Return red, green and blue (0 to 255) of the colour with a given name or role.
 
     Examples
     --------
@@ -138,16 +141,16 @@ class Style:
 
 
 Styles = Mapping[str, Style] | Style | None
-"""Styles by series, one style for all series, or None for the default."""
+"""Styles by series, or one style for all series, or None for default styles."""
 
 
 def style_keys(styles: Styles) -> tuple[str, ...]:
-    """Return the names of the series that have their own style, in order."""
+    """Return the names of the series that have a style of their own, in order."""
     return tuple(styles) if isinstance(styles, Mapping) else ()
 
 
 def style_of(styles: Styles, series: str) -> Style:
-    """Return the style of a series; the default style labels a series with its name.
+    """Return the style of a series; in the default style, the label is the name of the series.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Additions to the package: plug-ins of installed packages, and users' files.
+"""Extensions of the package: plug-ins of installed packages, and users' files.
 
 A plug-in is a `Plugin`.  An installed package names it under the entry point ``gait_pipeline.plugins``.  A user's file
 contains it as ``PLUGIN``; the option ``plugins=my_method.py`` loads the file.  In a clone or a copy the entry points of
@@ -22,10 +22,10 @@ from typing import Any
 from pipeline.resources import CONF, NAME, PACKAGE, project
 
 GROUP = "gait_pipeline.plugins"
-"""Entry point under which packages name their plug-ins."""
+"""Group of entry points in which packages name their plug-ins."""
 
 OBJECT = "PLUGIN"
-"""Name of the plug-in in a user's file."""
+"""Name of the variable that contains the plug-in in a user's file."""
 
 MAX_FILE_BYTES = 1_000_000
 """Maximum size of a user's file in bytes."""
@@ -33,7 +33,7 @@ MAX_FILE_BYTES = 1_000_000
 
 @dataclass(frozen=True, kw_only=True)
 class Page:
-    """Additions to the page over all figures.
+    """Additions of a plug-in to the page over all figures.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class Page:
 
 @dataclass(frozen=True, kw_only=True)
 class Plugin:
-    """Additions to the package.
+    """Additions of a plug-in to the package.
 
     Each list is a sequence of values, or an import path ``"package.module:NAME"`` that is resolved at the first use.
 
@@ -80,7 +80,7 @@ class Plugin:
 
 @dataclass(frozen=True)
 class Loaded:
-    """A plug-in that is loaded.
+    """Loaded plug-in and its origin.
 
     Attributes
     ----------
@@ -109,18 +109,18 @@ class Loaded:
 
 
 def _invalid(*arguments: Any, **options: Any) -> Exception:
-    """Return an InvalidInput; its module imports numpy and is therefore loaded only for an error."""
+    """Return an InvalidInput; its module imports numpy and is therefore only loaded for an error."""
     from pipeline.validation import InvalidInput
 
     return InvalidInput(*arguments, **options)
 
 
 _files: dict[str, Loaded] = {}
-"""Plug-ins of users' files by name."""
+"""Loaded plug-ins of users' files, by module name."""
 
 
 def _entry_points() -> list[metadata.EntryPoint]:
-    """Return the entry points of other distributions, and those of the project next to this package."""
+    """Return the entry points of other distributions, and of the project in the folder of this package."""
     points = list(metadata.entry_points(group=GROUP))
     if (content := project()) is None:
         return points
@@ -131,7 +131,7 @@ def _entry_points() -> list[metadata.EntryPoint]:
 
 @cache
 def _installed() -> tuple[tuple[Loaded, ...], Mapping[str, str]]:
-    """Return the plug-ins of installed packages, and the reasons why others cannot be loaded, by name."""
+    """Return the plug-ins of installed packages, and the reason for each plug-in that cannot be loaded, by name."""
     loaded, failures = [], {}
     for point in _entry_points():
         try:
@@ -148,22 +148,22 @@ def _installed() -> tuple[tuple[Loaded, ...], Mapping[str, str]]:
 
 
 def _summary(error: BaseException) -> str:
-    """Return the type and message of an error in one line."""
+    """Return type and message of an error in one line."""
     return " ".join(f"{type(error).__name__}: {error}".split())[:300]
 
 
 def failures() -> Mapping[str, str]:
-    """Return the reasons why plug-ins of installed packages cannot be loaded, by name."""
+    """Return the reason for each installed plug-in that cannot be loaded, by name."""
     return _installed()[1]
 
 
 def loaded() -> tuple[Loaded, ...]:
-    """Return the loaded plug-ins: those of installed packages, then those of users' files."""
+    """Return the loaded plug-ins: first those of installed packages, then those of users' files."""
     return (*_installed()[0], *_files.values())
 
 
 def load_files(paths: Iterable[str | Path]) -> None:
-    """Load plug-ins from users' files; a file that was loaded before with the same content is not run again.
+    """Load plug-ins from users' files; a file already loaded with the same content is not run again.
 
     Raises
     ------
@@ -213,16 +213,16 @@ def load_files(paths: Iterable[str | Path]) -> None:
 
 
 def _module_name(path: str | Path) -> str:
-    """Return the module name for a user's file."""
+    """Return the module name under which a user's file is loaded."""
     return "plugin_" + re.sub(r"\W", "_", Path(path).stem)
 
 
 _digests: dict[str, str] = {}
-"""sha256 of the content of users' files when they were loaded, by module."""
+"""The sha256 of each user's file at the time of loading, by module name."""
 
 
 def _module_of(name: str, path: Path, content: bytes) -> ModuleType:
-    """Run a user's file as a module and return the module."""
+    """Run a user's file as a module, and return the module."""
     spec = importlib.util.spec_from_file_location(name, path.resolve())
     assert spec
     module = importlib.util.module_from_spec(spec)
@@ -239,7 +239,7 @@ def _module_of(name: str, path: Path, content: bytes) -> ModuleType:
 
 
 def _frames(error: BaseException) -> list[Any]:
-    """Return the frames of an error, innermost first; for a syntax error only the frame of its line."""
+    """Return the stack frames of an error, innermost first; for a syntax error, only the frame of the faulty line."""
     import traceback
 
     if isinstance(error, SyntaxError) and error.lineno:
@@ -248,17 +248,17 @@ def _frames(error: BaseException) -> list[Any]:
 
 
 def edition() -> tuple[tuple[str, str], ...]:
-    """Return names and digests of the loaded plug-ins, as a key for caches that depend on them."""
+    """Return names and digests of the loaded plug-ins: a key for caches that depend on plug-ins."""
     return tuple((each.name, digest_of(each)) for each in loaded())
 
 
 def digest_of(plugin: Loaded) -> str:
-    """Return the sha256 of a user's file when it was loaded; empty for an installed plug-in."""
+    """Return the sha256 of a user's file at the time of loading; empty for an installed plug-in."""
     return _digests.get(plugin.module, "")
 
 
 def named_files(overrides: Iterable[str]) -> list[str]:
-    """Return the users' files that overrides name: ``plugins=a.py`` or ``plugins=[a.py,b.py]``.
+    """Return the users' files in overrides such as ``plugins=a.py`` or ``plugins=[a.py,b.py]``.
 
     Examples
     --------
@@ -271,7 +271,7 @@ def named_files(overrides: Iterable[str]) -> list[str]:
 
 
 def resolve(place: str) -> Any:
-    """Return the object that an import path names: ``"package.module:NAME"``, or a dotted name.
+    """Return the object at an import path: ``"package.module:NAME"``, or a dotted name.
 
     Raises
     ------
@@ -296,7 +296,7 @@ def resolve(place: str) -> Any:
 
 
 def contributions(kind: str) -> list[tuple[Loaded, Any]]:
-    """Return the additions of one kind (``methods``, ``studies``, ``claims``), each with its plug-in.
+    """Return the additions of one kind (``methods``, ``studies`` or ``claims``), each with its plug-in.
 
     Raises
     ------
@@ -323,35 +323,38 @@ def contributions(kind: str) -> list[tuple[Loaded, Any]]:
 
 
 def pages() -> list[Page]:
-    """Return the additions of the loaded plug-ins to the page over all figures."""
+    """Return the additions of all loaded plug-ins to the page over all figures."""
     return [each.plugin.page for each in loaded() if each.plugin.page]
 
 
 def modules_of_files(paths: Iterable[str]) -> list[str]:
-    """Return the modules of those files that are loaded."""
+    """Return the module names of the given users' files that are loaded."""
     return [name for name in map(_module_name, paths) if name in _files]
 
 
 def methods_of_files(paths: Iterable[str]) -> list[str]:
-    """Return the names of the methods in users' files; figures compare them even if no option names them."""
+    """Return the names of the methods in users' files.
+
+    Figures compare these methods even if no option names them.
+    """
     modules = modules_of_files(paths)
     methods = [method for origin, method in contributions("methods") if origin.module in modules]
     return [str(getattr(method, "name", method)) for method in methods]
 
 
 def priors() -> list[str]:
-    """Return the names of the methods that bring a model of other people, for ``model.prior=NAME``."""
+    """Return the names of the methods that include a model of other people, for ``model.prior=NAME``."""
     methods = (method for _, method in contributions("methods"))
     return [str(method.name) for method in methods if getattr(method, "of_other_people", False)]
 
 
 def conf_folders() -> tuple[Path, ...]:
-    """Return the folders of options: ``conf``, then the folders of plug-ins."""
+    """Return the folders of options: ``conf`` of this package, then the folders of plug-ins."""
     return (CONF, *(each.plugin.conf for each in loaded() if each.plugin.conf))
 
 
 def conf_files(group: str) -> dict[str, Path]:
-    """Return the YAML files of a group of options in all folders, sorted by name.
+    """Return the YAML files of one group of options from all folders, sorted by name.
 
     Raises
     ------
@@ -373,7 +376,7 @@ def conf_files(group: str) -> dict[str, Path]:
 
 
 def source_of(module: str) -> Path | None:
-    """Return the source file of a module of this package or of a plug-in; None for any other module."""
+    """Return the source file of a module of this package or of a plug-in; None for other modules."""
     first, _, rest = module.partition(".")
     for each in _files.values():
         if each.file and first == each.module:
@@ -389,7 +392,7 @@ def source_of(module: str) -> Path | None:
 
 @cache
 def _folders() -> dict[str, Path]:
-    """Return the package folders of the installed plug-ins, by name of the package."""
+    """Return the folder of each installed plug-in's package, by package name."""
     folders = {}
     for each in _installed()[0]:
         if each.root != PACKAGE.name and (file := import_module(each.root).__file__):

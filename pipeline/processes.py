@@ -1,4 +1,4 @@
-"""Parallel work on several processes, and the cores that they share: the only module that forks.
+"""Parallel work in several processes that share the cores: the only module that forks.
 
 `map_processes` calls a function on items in this process and in helpers that are forked from it.  The function may
 therefore be any closure, and arrays are not copied.  Processes take items one by one, and results are in the order of
@@ -31,16 +31,16 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 CAN_FORK = sys.platform == "linux"
-"""Availability of forked helpers; on other systems fork is missing, or breaks the linear-algebra libraries."""
+"""True if helper processes can be forked; elsewhere, fork is missing or breaks linear-algebra libraries."""
 
 _MAX_BLOCKS = 1000
-"""Maximum number of blocks in the queue: at four bytes each, all of them fit into the smallest pipe."""
+"""Maximum number of blocks in the queue: with four bytes for each block, the queue fits into the smallest pipe."""
 _DIE_WITH_PARENT = 1  # PR_SET_PDEATHSIG
 _LIBRARY: Any = ctypes.CDLL(None) if CAN_FORK else None
 
 
 class _Share:
-    """State of the spare cores in this process.
+    """State of this process in the sharing of cores.
 
     Attributes
     ----------
@@ -59,13 +59,13 @@ class _Share:
 
 
 Mapper = Callable[[Callable[[Any], Any], Sequence[Any]], list[Any]]
-"""Function that returns the results of another function for each item."""
+"""Type of a function that applies another function to each item and returns the results."""
 _mapper: ContextVar[Mapper | None] = ContextVar("mapper", default=None)
 
 
 @contextmanager
 def mapped_by(mapper: Mapper) -> Iterator[None]:
-    """Let `map_processes` call `mapper` in this thread during the ``with`` block, instead of forking helpers."""
+    """Replace the forking of helpers in `map_processes` by `mapper`, in this thread, during the ``with`` block."""
     before = _mapper.set(mapper)
     try:
         yield
@@ -81,7 +81,7 @@ def usable_cores() -> int:
 
 
 def processes_for(workers: int) -> int:
-    """Return the number of processes for a requested number: at most one per core, but two on a single core.
+    """Return the number of processes to start: the requested number, limited to the cores (at least two).
 
     More processes would only wait for each other and use memory.
     """
@@ -89,18 +89,18 @@ def processes_for(workers: int) -> int:
 
 
 def share_cores(spare: Semaphore, not_returned: int = 0) -> None:
-    """Set the count of spare cores from which this process takes helpers, and the number of cores that it owes."""
+    """Set the semaphore of spare cores from which this process starts helpers, and the number of cores it owes."""
     _Share.spare, _Share.not_returned = spare, not_returned
 
 
 def cores_not_returned() -> int:
-    """Return the number of cores that this process lent and used again before they were returned."""
+    """Return the number of cores that this process lent to others and used again before their return."""
     return _Share.not_returned
 
 
 @contextmanager
 def core_lent() -> Iterator[None]:
-    """Lend this process's core to others while it waits for something."""
+    """Lend this process's core to other processes during the ``with`` block, in which this process waits."""
     if _Share.spare is None or _Share.helper:
         yield
         return
@@ -114,7 +114,7 @@ def core_lent() -> Iterator[None]:
 
 
 def _take_core() -> bool:
-    """Take a spare core if available; return whether a helper may start."""
+    """Take a spare core if there is one; return True if a helper may start."""
     spare = _Share.spare
     if spare is None:
         return True
@@ -133,7 +133,10 @@ def _give_core() -> None:
 
 
 def die_with_parent(parent: int) -> None:
-    """Let the system kill this process when its parent, given by process number, ends for any reason (Linux only)."""
+    """Let the system kill this process when its parent ends for any reason (Linux only).
+
+    `parent` is the process id of the parent.
+    """
     if CAN_FORK:
         _LIBRARY.prctl(_DIE_WITH_PARENT, signal.SIGKILL)
         if os.getppid() != parent:
@@ -141,13 +144,13 @@ def die_with_parent(parent: int) -> None:
 
 
 def return_memory() -> None:
-    """Return the free memory of this process to the system (GNU C library only)."""
+    """Return unused memory of this process to the system (GNU C library only)."""
     if hasattr(_LIBRARY, "malloc_trim"):
         _LIBRARY.malloc_trim(0)
 
 
 def one_thread() -> AbstractContextManager[object]:
-    """Limit the linear-algebra libraries to one thread: in many small solves, threads would wait for each other."""
+    """Limit the linear-algebra libraries to one thread; in many small solves, more threads would only wait."""
     return threadpool_limits(limits=1)
 
 
@@ -179,7 +182,7 @@ def map_processes(function: Callable[[Item], Result], items: Iterable[Item], wor
 def _spread(
     function: Callable[[Item], Result], blocks: Sequence[Sequence[Item]], most: int
 ) -> list[list[Result]]:
-    """Return the results of each block, computed by this process and up to `most` helpers."""
+    """Return the results of each block, computed by this process and at most `most` helpers."""
     queue, filling = os.pipe()
     os.write(filling, b"".join(number.to_bytes(4, "little") for number in range(len(blocks))))
     os.close(filling)
@@ -209,7 +212,7 @@ def _spread(
 
 
 def _block_numbers(queue: int) -> Iterator[int]:
-    """Yield the numbers of the blocks that this process takes from the queue, until the queue is empty."""
+    """Yield the indices of the blocks that this process takes from the queue, until the queue is empty."""
     while entry := os.read(queue, 4):
         yield int.from_bytes(entry, "little")
 
@@ -217,7 +220,7 @@ def _block_numbers(queue: int) -> Iterator[int]:
 def _attempt(
     function: Callable, blocks: Sequence[Sequence], number: int, queue: int, results: dict[int, Any]
 ) -> None:
-    """Add a block's results, or its error, to `results`; an error empties the queue."""
+    """Add the results of a block, or its error, to `results`; an error empties the queue."""
     try:
         results[number] = [function(item) for item in blocks[number]]
     except Exception as error:
@@ -227,7 +230,7 @@ def _attempt(
 
 
 class _Helper:
-    """Fork of this process that takes blocks from the queue and sends all its results when the queue is empty."""
+    """Forked helper process, which takes blocks from the queue and sends all results when the queue is empty."""
 
     def __init__(self, function: Callable, blocks: Sequence[Sequence], queue: int) -> None:
         self._receiver, sender = Pipe(duplex=False)
@@ -252,14 +255,14 @@ class _Helper:
         sender.close()
 
     def results(self) -> dict[int, Any]:
-        """Return the results when the helper has ended; empty if it was killed or could not send them."""
+        """Return the helper's results after it has ended; empty if it was killed or could not send them."""
         try:
             return dict(self._receiver.recv())
         except (EOFError, OSError):
             return {}
 
     def end(self) -> None:
-        """Kill the helper if it still runs, and release its core."""
+        """Kill the helper process if it still runs, and release its core."""
         self._receiver.close()
         with suppress(ProcessLookupError):
             os.kill(self._pid, signal.SIGKILL)

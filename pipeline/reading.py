@@ -1,4 +1,4 @@
-"""Safe reading of files that this package wrote: they are checked like any foreign input.
+"""Safe reading of files that this package wrote; their content is checked in the same way as foreign input.
 
 A file must be a regular one, the size and depth of its content are bounded, and its values must have the expected type.
 """
@@ -26,12 +26,15 @@ import numpy as np
 from pipeline.validation import InvalidInput, fits
 
 MAX_BYTES = 2**33
-"""Maximum size of a file of arrays; 10 000 walkers need 640 MB."""
+"""Maximum size, bytes, of a file of arrays; 10 000 walkers need 640 MB."""
 MAX_TABLE_BYTES = 2**30
 MAX_UNPACKED_BYTES = 2**23
-"""Maximum unpacked size of a compressed table, three times the largest in the light archives."""
+"""Maximum unpacked size, bytes, of a compressed table: three times the largest table in the light archives."""
 MAX_JSON_BYTES, MAX_JSON_VALUES, MAX_DEPTH = 2**26, 2**22, 64
-"""Bounds of a JSON file; the manifest of 10 000 walkers has 6 MB, and the package writes at most eight levels."""
+"""Maximum size in bytes, number of values, and nesting depth of a JSON file.
+
+The manifest of 10 000 walkers has 6 MB, and the package writes at most eight levels.
+"""
 
 _STRING = re.compile(r'"(?:[^"\\]++|\\.)*+"?', re.DOTALL)
 
@@ -48,15 +51,15 @@ _FAULTS: tuple[tuple[tuple[type[Exception], ...], str], ...] = (
     ((TypeError,), "a value has another type than expected"),
     ((SyntaxError, tokenize.TokenError), "the header of an array is damaged"),
 )
-"""Faults of files by the errors that reveal them, the more special first."""
+"""Description of the fault of a file by the type of error that it raises; special types precede general ones."""
 _TRUNCATED = re.compile(
     r"negative seek|cannot reshape|buffer|not enough|EOF|unpack|truncat|read length|Expected \d+ bytes"
 )
-"""Parts of the messages of ValueError, from numpy and zipfile, for arrays that are shorter than stated."""
+"""Pattern of messages of ValueError, from numpy and zipfile, about arrays that are shorter than stated."""
 
 
 def fault_of(error: BaseException) -> str:
-    """Return what an error says of a file that was being read, without the words of Python.
+    """Return the fault of a file in plain words, from the error that was raised when the file was read.
 
     Examples
     --------
@@ -172,7 +175,10 @@ def unpacked(
 
 @contextmanager
 def as_written(where: object) -> Iterator[None]:
-    """Raise InvalidInput for an error in a ``with`` block that uses the package's files: another version wrote them."""
+    """Convert an error in the ``with`` block to InvalidInput.
+
+    The block uses files of this package, so an error means that another version wrote the files.
+    """
     try:
         yield
     except InvalidInput:
@@ -183,7 +189,7 @@ def as_written(where: object) -> Iterator[None]:
 
 
 def read_json(path: Path, kind: Any = Any, content: bytes | None = None, *, subject: str = "the file") -> Any:
-    """Return the content of a JSON file whose values have an expected type.
+    """Return the content of a JSON file, after checking that its values have the expected type.
 
     Parameters
     ----------

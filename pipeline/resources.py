@@ -1,4 +1,4 @@
-"""Data files that are installed with the package, and the packages that only some commands need.
+"""Data files that are installed with the package, and optional packages that only some commands need.
 
 The folder ``conf`` has options, papers and mappings, and ``data`` the table of recordings.  In a clone they are next to
 the package; an installed package contains them.
@@ -18,7 +18,7 @@ from typing import Any
 PACKAGE = Path(__file__).resolve().parent
 
 NAME = "gait-pipeline"
-"""Name of the distribution."""
+"""Name of this package as a distribution."""
 
 
 def _folder(name: str) -> Path:
@@ -27,14 +27,14 @@ def _folder(name: str) -> Path:
 
 
 CONF = _folder("conf")
-"""Folder of options and presets, data of the papers, and mappings of skeletons."""
+"""Folder of options, presets, data of the papers, and mappings of skeletons."""
 DATA = _folder("data")
 """Folder with the table of public recordings."""
 
 
 @cache
 def project() -> dict[str, Any] | None:
-    """Return the table ``project`` of the ``pyproject.toml`` next to the package; None in an installed package."""
+    """Return the table ``project`` of ``pyproject.toml`` in a clone; None in an installed package."""
     path = PACKAGE.parent / "pyproject.toml"
     if not ((PACKAGE.parent / "conf").is_dir() and path.is_file()):
         return None
@@ -43,7 +43,7 @@ def project() -> dict[str, Any] | None:
 
 
 def version() -> str:
-    """Return the version of the package, installed or in a clone."""
+    """Return the version of this package, which may be installed or a clone."""
     content = project()
     return str(content["version"]) if content else metadata.version(NAME)
 
@@ -52,14 +52,14 @@ _DISTRIBUTIONS = {
     "cv2": "opencv-python-headless", "ai_edge_litert": "ai-edge-litert", "PIL": "pillow", "hydra": "hydra-core",
     "rerun": "rerun-sdk", "yaml": "pyyaml", "dask_jobqueue": "dask-jobqueue",
 }  # fmt: skip
-"""Name of a package for pip by name of its module, where the two differ."""
+"""Name of a package for pip, by the name of its module, if the two names differ."""
 
 _TARGETS = {"papers": "make install", "video": "make video", "cluster": "make cluster"}
-"""Command that installs an extra into ``.venv`` of a clone."""
+"""Command that installs an extra into the folder ``.venv`` of a clone."""
 
 
 def missing_package(error: ModuleNotFoundError) -> str:
-    """Return the pip name of the package that an import did not find; empty for a module of this project.
+    """Return the pip name of the package that is missing; empty if the missing module is part of this project.
 
     Examples
     --------
@@ -72,7 +72,7 @@ def missing_package(error: ModuleNotFoundError) -> str:
 
 @cache
 def _extras() -> dict[str, str]:
-    """Return the extra that installs each optional package, by name of the package."""
+    """Return the name of the extra that installs each optional package, by package name."""
     if content := project():
         optional = [
             (text, name) for name, texts in content["optional-dependencies"].items() for text in texts
@@ -86,7 +86,7 @@ def _extras() -> dict[str, str]:
 
 
 def install_hint(package: str) -> str:
-    """Return a phrase with the name of a missing package, its extra and the command that installs it.
+    """Return a phrase with a missing package, the extra that contains it, and the command that installs it.
 
     Examples
     --------
@@ -103,7 +103,7 @@ def install_hint(package: str) -> str:
 
 @contextmanager
 def optional_packages() -> Iterator[None]:
-    """Raise ModuleNotFoundError with the extra and the install command for a missing package in the ``with`` block."""
+    """Raise ModuleNotFoundError, with extra and install command, if a package is missing in the ``with`` block."""
     try:
         yield
     except ModuleNotFoundError as error:

@@ -1,4 +1,4 @@
-"""Contents of figures other than charts, as plain values: views of a recording, postures and matrices of a picture.
+"""Contents of figures other than charts, as plain values: views of recordings, postures and matrices.
 
 This module uses neither matplotlib nor rerun: `pipeline.recordings` and `pipeline.pictures` draw these values.
 """
@@ -15,7 +15,7 @@ from pipeline.validation import InvalidInput
 
 @dataclass(frozen=True, kw_only=True)
 class View:
-    """View of a recording: title, entity of the origin, and entities shown (by default all below the origin)."""
+    """View in a recording: title, path of the entity at the origin, and entities shown (by default, all below it)."""
 
     name: str
     origin: str
@@ -24,7 +24,7 @@ class View:
 
 @dataclass(frozen=True, kw_only=True)
 class Space3D(View):
-    """View of skeletons in space, framed to fill the view.
+    """View of skeletons in 3D, framed so that they fill the view.
 
     With `focus`, only these entities are framed, and all others start hidden.  The camera looks from `eye_mm` in the
     direction of `target_mm`; its distance is computed.  The view's width over height in the layout is about `aspect`.
@@ -39,7 +39,7 @@ class Space3D(View):
 
 @dataclass(frozen=True, kw_only=True)
 class Image2D(View):
-    """View of skeletons in an image, upright; `focus` as in `Space3D`.
+    """View of skeletons in an upright image; `focus` has the same meaning as in `Space3D`.
 
     The field `next_to` names a view in space of the same bodies and the same height in the layout.  Both views then
     have the same scale.
@@ -52,7 +52,7 @@ class Image2D(View):
 
 @dataclass(frozen=True, kw_only=True)
 class Plot(View):
-    """View of curves over the recording's timeline; the ordinate covers the data and bands by default.
+    """View of curves over the timeline of a recording; by default, the ordinate covers the data and bands.
 
     The legend has its own space above the curves.
     """
@@ -63,28 +63,28 @@ class Plot(View):
 
 @dataclass(frozen=True, kw_only=True)
 class Bars(View):
-    """View of a bar chart."""
+    """View that shows a bar chart."""
 
     origin: str = "spectrum"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Matrix(View):
-    """View of a matrix as a coloured image, row 0 at the top."""
+    """View of a matrix as a coloured image, with row 0 at the top."""
 
     origin: str = "matrices"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Notes(View):
-    """View of the description of a recording."""
+    """View of the text that describes a recording."""
 
     name: str = "about"
     origin: str = "about"
 
 
 class Split:
-    """Arrangement of views and other arrangements: `Columns`, `Rows` or `Tabs`.
+    """Arrangement of views and of further arrangements: base class of `Columns`, `Rows` and `Tabs`.
 
     Parameters
     ----------
@@ -113,12 +113,12 @@ class Rows(Split):
 
 
 class Tabs(Split):
-    """Arrangement of parts in tabs; the first tab is open at the start."""
+    """Arrangement of parts in tabs; at the start, the first tab is open."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class PostureRow:
-    """Row of postures, `original` and `reconstructed`, each (n, J, 2) in mm, the second axis up.
+    """Row of postures, `original` and `reconstructed`, each (n, J, 2), mm; the second coordinate points up.
 
     Joints that were not measured, `estimated` (J,) bool, are drawn hollow.
     """
@@ -131,7 +131,9 @@ class PostureRow:
 
 @dataclass(frozen=True, kw_only=True)
 class SkeletonRow:
-    """Posture, followed by others that are drawn one by one over it, in mm, the second axis up.
+    """Row of skeletons: a central posture, followed by others that are each drawn over it.
+
+    All are in mm; the second coordinate points up.
 
     Attributes
     ----------
@@ -149,7 +151,7 @@ class SkeletonRow:
 
 @dataclass(frozen=True, kw_only=True)
 class MotionScene:
-    """Motion in front of a camera, its image and its reconstructions.
+    """Motion in front of a camera, with its image, its reconstructions and the ground truth.
 
     Attributes
     ----------
@@ -171,7 +173,7 @@ class MotionScene:
 
 @dataclass(frozen=True, kw_only=True)
 class HeatMap:
-    """Matrix over two axes of whole numbers, as a heat map.
+    """Matrix over two axes of whole numbers, drawn as a heat map.
 
     Attributes
     ----------

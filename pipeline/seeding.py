@@ -1,4 +1,4 @@
-"""Random number generators that depend only on the seed and their purpose."""
+"""Random number generators that depend only on a seed and on the purpose of the numbers."""
 
 from __future__ import annotations
 

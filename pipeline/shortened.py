@@ -1,4 +1,4 @@
-"""Frozen dataclasses for results: their representation shows arrays by shape, and equality is identity."""
+"""Frozen dataclasses for results: the representation shows arrays by shape, and equality is identity."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _MAX_SHOWN = 60
 
 @dataclass_transform(frozen_default=True, field_specifiers=(field,))
 def shortened(kind: type[Kind]) -> type[Kind]:
-    """Return a class as a frozen dataclass whose representation shows arrays by shape and long values by length.
+    """Return a class as a frozen dataclass; its representation shows arrays by shape and long values by length.
 
     Examples
     --------

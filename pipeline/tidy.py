@@ -1,4 +1,4 @@
-"""Rows of a tidy table by series, from which pictures and recordings draw lines.
+"""Selection of rows in tidy tables by series, from which pictures and recordings draw lines.
 
 A table is an object with ``table[column]``: a `pandas.DataFrame` or a dict of equally long arrays.
 """
@@ -22,11 +22,11 @@ class Table(Protocol):
 
 
 Where = Mapping[str, Any]
-"""Filter of rows: for each column, the accepted value or values."""
+"""Filter of rows: the accepted value or values for each column."""
 
 
 def column(table: Table, name: str) -> np.ndarray:
-    """Return a column as an array (N,).
+    """Return a column of a table as an array (N,).
 
     Raises
     ------
@@ -39,7 +39,7 @@ def column(table: Table, name: str) -> np.ndarray:
 
 
 def rows_where(table: Table, where: Where, length: int) -> np.ndarray:
-    """Return a mask (N,) of the rows with the accepted values, for a table of `length` rows.
+    """Return a mask (N,) of the rows with the accepted values, for a table of N = `length` rows.
 
     Examples
     --------
@@ -61,7 +61,7 @@ def groups(
     where: Where | None = None,
     keys: Iterable[str] = (),
 ) -> dict[str, dict[str, np.ndarray]]:
-    """Return the rows of each series, in ascending order of the first column.
+    """Return the rows of each series, sorted by the first column in ascending order.
 
     Parameters
     ----------

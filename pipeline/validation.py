@@ -1,4 +1,4 @@
-"""Invalid input, reported in one sentence: what is wrong, where, what was expected, what was found.
+"""Errors for invalid input, in one sentence: what is wrong, where, what was expected, what was found.
 
 Every input that a user can correct (a file, a value, a clip) raises `InvalidInput`.  The command line prints the
 message and exits with status 1.  A stage that handles many clips lists the message in the row of the clip and
@@ -36,7 +36,7 @@ Value = TypeVar("Value")
 
 
 _MAX_QUOTE, _MAX_SENTENCE, _MAX_NAME = 300, 3000, 120
-"""Maximum number of characters quoted from a file or a user, of a message, and of a name in it."""
+"""Maximum number of characters of a quotation from a file or user, of a message, and of a name in a message."""
 
 
 def _short(text: str, longest: int = _MAX_QUOTE) -> str:
@@ -44,24 +44,24 @@ def _short(text: str, longest: int = _MAX_QUOTE) -> str:
 
 
 def _with_short_names(text: str) -> str:
-    """Return a text with the middle of every longer word left out, but for paths."""
+    """Return a text in which the middle of very long words is left out, except in paths."""
     word = rf"[^\s/\\]{{{_MAX_NAME + 1},}}"
     return re.sub(word, lambda match: f"{match[0][: _MAX_NAME // 2]}…{match[0][-_MAX_NAME // 2 :]}", text)
 
 
 def printable(text: str) -> str:
-    """Return a text in one line, with every control character escaped."""
+    """Return a text in one line, with control characters replaced by escape sequences."""
     return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
 
 
 _UNKNOWN = ("unknown_choice", "unknown_option", "unknown_command")
 """Codes of errors whose message names the nearest valid name."""
 _SIMILAR = 0.75
-"""Least similarity of a name that is suggested, as `difflib` measures it."""
+"""Smallest similarity, as measured by `difflib`, of a name that is suggested."""
 
 
 class InvalidInput(ValueError):
-    """Error for input that cannot be used, with a message of one sentence.
+    """Error for input that cannot be used; its message is one sentence.
 
     The message says *found* for the content of a file and *got* for what a user typed.
 
@@ -138,7 +138,7 @@ def require_range(
     whole: bool = False,
     unit: str = "",
 ) -> Any:
-    """Return a value that is a finite number within bounds.
+    """Return a number after checking that it is finite and within bounds.
 
     Parameters
     ----------
@@ -190,7 +190,7 @@ def require_range(
 
 
 def require_count(name: str, value: float, at_least: int = 1, **bounds: float) -> int:
-    """Return a count: an integer, 1 or more by default, within the bounds of `require_range`.
+    """Return a count, after checking that it is an integer (1 or more by default) and within bounds.
 
     Raises
     ------
@@ -208,12 +208,12 @@ def require_count(name: str, value: float, at_least: int = 1, **bounds: float) -
 
 
 def listed(names: Sequence[str]) -> str:
-    """Return a list of names for a message, cut after the first eight."""
+    """Return names as text for a message; after the first eight, an ellipsis replaces further names."""
     return ", ".join(names[:8]) + (", …" if len(names) > 8 else "")
 
 
 def told_apart(value: float, bound: float, decimals: int) -> str:
-    """Return a number as text, with enough decimals to show on which side of a bound it lies.
+    """Return a number as text, with enough decimals to show whether it is above or below a bound.
 
     Examples
     --------
@@ -229,7 +229,9 @@ def told_apart(value: float, bound: float, decimals: int) -> str:
 
 
 def require_increasing(name: str, values: Sequence[float], **bounds: float | bool) -> Sequence[float]:
-    """Return a sequence that is not empty and strictly increasing, each value within the bounds of `require_range`.
+    """Return a sequence after checking that it is not empty, strictly increasing and within bounds.
+
+    The bounds are the keywords of `require_range`.
 
     Raises
     ------
@@ -254,7 +256,7 @@ def require_increasing(name: str, values: Sequence[float], **bounds: float | boo
 
 
 def require_choice(name: str, value: Value, choices: Iterable[Value]) -> Value:
-    """Return a value that is one of the choices.
+    """Return a value after checking that it is one of the choices.
 
     Raises
     ------
@@ -277,7 +279,7 @@ def require_choice(name: str, value: Value, choices: Iterable[Value]) -> Value:
 
 
 def require_distinct(name: str, values: Sequence[Value]) -> Sequence[Value]:
-    """Return a sequence that is not empty and has no duplicates.
+    """Return a sequence after checking that it is not empty and contains no duplicates.
 
     Raises
     ------
@@ -300,7 +302,10 @@ def require_distinct(name: str, values: Sequence[Value]) -> Sequence[Value]:
 
 
 def bounded(**bounds: Any) -> partial[Any]:
-    """Return a check of an option's bounds for its annotation; the bounds are those of `require_range`."""
+    """Return a function that checks the bounds of an option, for the option's annotation.
+
+    The bounds are the keywords of `require_range`.
+    """
     return partial(require_range, **bounds)
 
 
@@ -311,14 +316,14 @@ Share = Annotated[float, bounded(at_least=0, at_most=1)]
 Count = Annotated[int, bounded(at_least=1)]
 Several = Annotated[int, bounded(at_least=2)]
 CountOrAll = Annotated[int, bounded(at_least=0)]
-"""Count in which 0 means all, or none."""
+"""Type of a count for which 0 has a special meaning, such as all."""
 Increasing = Annotated[list[Value], require_increasing]
 Distinct = Annotated[list[Value], require_distinct]
 
 
 @dataclass_transform(kw_only_default=True, field_specifiers=(field,))
 class Options:
-    """Base class of options: each subclass becomes a dataclass with keyword-only fields.
+    """Base class of options; each subclass becomes a dataclass with keyword-only fields.
 
     A default that is a list or an `Options` instance is copied for each new instance.
 
@@ -343,7 +348,7 @@ class Options:
 
 
 def require_bounds(name: str, options: Any) -> None:
-    """Validate the options of a dataclass and of nested dataclasses, by the checks in their annotations.
+    """Validate the options of a dataclass, and of dataclasses in it, with the checks in their annotations.
 
     A check is called with the full name and the value of the option; None is not checked.  With an empty `name`, the
     full name of an option is its field's name.
@@ -394,7 +399,7 @@ def required(hint: Any) -> Any:
 
 
 def require_name(name: str, value: str) -> str:
-    """Return a name that can be used for a folder without leaving the parent folder.
+    """Return a name after checking that it can be the name of a folder inside its parent folder.
 
     Raises
     ------
@@ -422,7 +427,7 @@ _PLAIN_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?|-inf", re.IGNORE
 
 
 def harmless(text: str) -> str:
-    """Return a text that no spreadsheet reads as a formula: a possible formula gets an apostrophe in front.
+    """Return a text that no spreadsheet interprets as a formula: a possible formula gets an apostrophe in front.
 
     Examples
     --------
@@ -434,7 +439,9 @@ def harmless(text: str) -> str:
 
 
 def is_relative(name: object) -> bool:
-    """Return whether a value is a relative path that stays in its folder: no root, drive, ``..``, ``.`` or backslash.
+    """Return True if a value is a relative path that stays in its folder.
+
+    Such a path has no root, drive, ``..``, ``.`` or backslash.
 
     Examples
     --------
@@ -447,7 +454,7 @@ def is_relative(name: object) -> bool:
 
 
 def fits(value: Any, kind: Any) -> bool:
-    """Return whether a value from JSON has the type of a type hint; integers count as float, lists as tuple.
+    """Return True if a value from JSON fits a type hint; integers are accepted as float, lists as tuple.
 
     Examples
     --------
@@ -483,14 +490,14 @@ def fits(value: Any, kind: Any) -> bool:
 
 
 def _array(name: str, values: Any) -> np.ndarray:
-    """Return values as an array, and reject masked values: a plain array would include them."""
+    """Return values as an array; masked values are rejected, because a plain array would include them."""
     if np.ma.is_masked(values):
         raise InvalidInput("must have no masked values", name, code="masked")
     return np.asarray(values)
 
 
 def require_shape(name: str, array: Any, shape: Sequence[int | str | None]) -> np.ndarray:
-    """Return an array whose shape matches a pattern, as `numpy.ndarray`.
+    """Return an array as `numpy.ndarray`, after checking that its shape matches a pattern.
 
     Parameters
     ----------
@@ -530,7 +537,7 @@ def require_shape(name: str, array: Any, shape: Sequence[int | str | None]) -> n
 
 
 def require_finite(name: str, array: Any) -> np.ndarray:
-    """Return an array of finite numbers, as `numpy.ndarray`.
+    """Return an array as `numpy.ndarray`, after checking that all its numbers are finite.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Walkers of the second author's laboratory for commands, and walks in the format of that laboratory."""
+"""Average walkers of the BioMotion Lab as input of commands, and output of walks in the laboratory's format."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pipeline.validation import InvalidInput
 
 
 def author_walk(**values: float) -> Walk:
-    """Return the laboratory's average walker, or a walker at given values on its axes.
+    """Return the laboratory's average walker, or a walker with the given values on its attribute axes.
 
     The walker's name states source and terms.
 
@@ -38,7 +38,9 @@ def author_walk(**values: float) -> Walk:
 
 
 def write_mm(path: Path, walk: Walk, speed_mm_s: float) -> None:
-    """Write a walk as an ``mm`` file, relative to its mean pelvis, with the left ankle in front at time zero.
+    """Write a walk as an ``mm`` file, relative to its mean pelvis position.
+
+    At time zero, the left ankle is in front.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Commands on the figures of a data set and on its recordings."""
+"""Commands for the figures of a data set and for recordings."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from pipeline.validation import InvalidInput, require_choice
 
 
 def figures_for(arguments: Sequence[str], among: Sequence[str] = ()) -> tuple[Experiment, list[str]]:
-    """Return the first experiment on a data set, and the names of the figures for which the data set has clips.
+    """Return the first experiment on a data set, and the names of all figures for which the data set has clips.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def report(arguments: Sequence[str]) -> int:
 
 
 def make_page(folder: Path, data_name: str, figures: Sequence[str]) -> str:
-    """Write ``claims.csv`` and ``index.html`` in ``results/<data>/<scale>``; return a line on the page."""
+    """Write ``claims.csv`` and ``index.html`` in ``results/<data>/<scale>``; return the path of the page as text."""
     from pipeline.report.document import write_page
 
     if folder.is_dir():
@@ -153,7 +153,7 @@ FILLED_PAGES: Mapping[str, tuple[str, ...]] = {
     "docs/figures.md": ("figures",),
     "docs/results.md": ("headline",),
 }
-"""Pages with durations of commands, and the tables of each that `readme` fills."""
+"""Pages that state durations of commands, and for each page the tables that `readme` fills."""
 
 
 def readme(arguments: Sequence[str]) -> int:
@@ -284,7 +284,7 @@ def keep(arguments: Sequence[str]) -> int:
 
 
 def _current(figures: Sequence[str], folder: Path, arguments: Sequence[str], *, commit: str) -> list[str]:
-    """Return the figures of another commit that the present sources would reproduce unchanged.
+    """Return the figures made at another commit that the present sources would reproduce unchanged.
 
     This happens because `make readme` is committed before results are archived.
     """

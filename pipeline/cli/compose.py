@@ -1,4 +1,4 @@
-"""Experiments from presets and overrides."""
+"""Composition of experiments from presets and overrides."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from pipeline.validation import InvalidInput, require_choice, require_name
 
 
 def compose(overrides: Sequence[str]) -> Experiment:
-    """Return the experiment for overrides from the command line.
+    """Return the experiment that the command line's overrides define.
 
     Raises
     ------
@@ -37,23 +37,23 @@ def compose(overrides: Sequence[str]) -> Experiment:
 
 
 def compose_figures(names: Sequence[str], common: Sequence[str]) -> list[Experiment]:
-    """Return the experiments of figures with the same overrides, by default of all figures in the papers' order."""
+    """Return the experiments of several figures with the same overrides; by default of all, in the papers' order."""
     return [compose([*common, f"experiment={name}"]) for name in names or built_figures()]
 
 
 def built_figures() -> list[str]:
-    """Return the presets that exist, in the papers' order."""
+    """Return the names of the existing presets, in the papers' order."""
     existing = presets()
     every = (name for paper in all_papers().values() for name in (*paper.figures, *paper.beyond))
     return [name for name in dict.fromkeys([*every, *existing]) if name in existing]
 
 
 _NOT_APPLICABLE = ("no_clips_of_this_kind", "truth_not_known", "not_fetched")
-"""Codes of InvalidInput for a data set without suitable clips, or without a further file."""
+"""Codes of errors that mean that a data set lacks suitable clips or a file."""
 
 
 def reason_without_clips(experiment: Experiment) -> str:
-    """Return the reason why the data set has no clips for an experiment or lacks a file; empty if it has both."""
+    """Return the reason why a data set lacks the clips or a file of an experiment; empty if it lacks nothing."""
     try:
         experiment.validate()
     except InvalidInput as error:
@@ -63,7 +63,7 @@ def reason_without_clips(experiment: Experiment) -> str:
 
 
 def order(experiment: Experiment) -> list[Any]:
-    """Return the sort key of a figure.
+    """Return the key by which figures are sorted.
 
     Figures are sorted by subject; within a subject the papers' figures precede our own; then by paper and cost.
     """
@@ -74,7 +74,7 @@ def order(experiment: Experiment) -> list[Any]:
 
 
 def _whole(value: Any, hint: Any = Experiment) -> Any:
-    """Return the options for a canonical form, which may have names of an earlier version."""
+    """Return options built from their canonical form, which may contain names of an earlier version."""
     if isinstance(value, list):
         return [_whole(item, hint) for item in value]
     if not isinstance(value, dict):
@@ -94,7 +94,7 @@ def _whole(value: Any, hint: Any = Experiment) -> Any:
 
 
 def with_options(experiment: Experiment, kept: Mapping[str, Any]) -> Experiment:
-    """Return an experiment with the options from a published figure's manifest, under today's names.
+    """Return an experiment with the options in a published figure's manifest, under their current names.
 
     Folders are those of this machine; name and paper are those of the preset.
 
@@ -117,7 +117,7 @@ def with_options(experiment: Experiment, kept: Mapping[str, Any]) -> Experiment:
 
 
 def _named(hint: Any) -> tuple[type[Any], ...]:
-    """Return the classes that a type hint names."""
+    """Return the classes that a type hint contains."""
     return tuple(part for part in (hint, *get_args(hint)) if isinstance(part, type))
 
 
@@ -127,7 +127,7 @@ def _classes() -> dict[type[Any], dict[str, Any]]:
 
 @cache
 def _classes_with(_: object) -> dict[type[Any], dict[str, Any]]:
-    """Return the classes of all options, with the types of their fields."""
+    """Return all classes of options, with the types of their fields."""
     waiting: list[type[Any]] = [Experiment, *DATA_SETS.values()]
     waiting += [kind for group in registry.GROUPS for kind in registry.options(group).values()]
     classes: dict[type[Any], dict[str, Any]] = {}
@@ -139,7 +139,10 @@ def _classes_with(_: object) -> dict[type[Any], dict[str, Any]]:
 
 
 def on_this_machine(experiment: Experiment) -> Experiment:
-    """Return a composed experiment for this machine: names are checked, processes limited to the cores."""
+    """Return an experiment adapted to this machine, after checking its names.
+
+    The number of processes is at most the number of cores.
+    """
     mappings.chosen(experiment.skeleton.mapping)  # raises for an unknown mapping
     require_choice("paper", experiment.paper, list(all_papers()))
     data = experiment.data

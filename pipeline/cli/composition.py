@@ -1,4 +1,4 @@
-"""Composition of an experiment by Hydra: the only module that uses Hydra and OmegaConf.
+"""Composition of an experiment with Hydra: the only module that uses Hydra and OmegaConf.
 
 The option classes are registered as schemas.  An unknown key, a wrong type, a wrong choice or a missing value is
 therefore rejected, with its full key, before any computation.  An option class needs no YAML file.
@@ -41,11 +41,11 @@ from pipeline.studies.experiment import Experiment, Scale
 from pipeline.validation import InvalidInput, require_choice
 
 _BY_SCALE = "by_scale"
-"""Name of the resolver for options that state a value for each scale."""
+"""Name of the OmegaConf resolver for options with a separate value for each scale."""
 
 
 class _PluginFolders(SearchPathPlugin):
-    """Hydra plug-in that adds the option folders of the package's plug-ins."""
+    """Hydra plug-in that adds the folders of options of this package's plug-ins."""
 
     def manipulate_search_path(self, search_path: ConfigSearchPath) -> None:
         """Append the folders to Hydra's search path."""
@@ -54,7 +54,7 @@ class _PluginFolders(SearchPathPlugin):
 
 
 def register() -> None:
-    """Register the option classes with Hydra, once for each set of plug-ins, since it takes longer than composing.
+    """Register the option classes with Hydra, only once for each set of plug-ins because registration is slow.
 
     A YAML file of an option extends the schema ``base_<name>``; an option without a YAML file is selected by its name.
     """
@@ -78,7 +78,7 @@ def _register(_: object) -> None:
 
 
 def _schema(option: type[Any]) -> Any:
-    """Return the structured configuration of an option class, with interpolations for values that the scale sets."""
+    """Return the OmegaConf structure of an option class; values that depend on the scale are interpolations."""
     schema = OmegaConf.structured(option)
     for field in fields(option):
         if sizes := field.metadata.get("scale"):
@@ -89,7 +89,7 @@ def _schema(option: type[Any]) -> Any:
 
 
 def _interpolation(size: str | float | Mapping[str, float]) -> str | float:
-    """Return the value of a scaled option: a number, or an OmegaConf interpolation that resolves to a number."""
+    """Return the value of an option that depends on the scale: a number, or an OmegaConf interpolation."""
     if isinstance(size, Mapping):
         sizes = ",".join(f"{scale}:{value}" for scale, value in size.items())
         return f"${{{_BY_SCALE}:${{scale.name}},{{{sizes}}}}}"
@@ -112,7 +112,7 @@ OmegaConf.register_new_resolver(_BY_SCALE, _by_scale, replace=True)
 
 
 def with_plugins(overrides: Sequence[str]) -> list[str]:
-    """Load the users' files that overrides name, and return the overrides with these files as one list."""
+    """Load the users' files that overrides name; return the overrides with all these files in one list."""
     files = plugins.named_files(overrides)
     plugins.load_files(files)
     others = [item for item in overrides if not item.startswith("plugins=")]
@@ -121,7 +121,7 @@ def with_plugins(overrides: Sequence[str]) -> list[str]:
 
 
 def composed(overrides: Sequence[str]) -> Experiment:
-    """Return the experiment for overrides, before it is adapted to this machine."""
+    """Return the experiment that overrides define, before adaptation to this machine."""
     overrides = with_plugins(overrides)
     register()
     GlobalHydra.instance().clear()
@@ -140,7 +140,7 @@ def composed(overrides: Sequence[str]) -> Experiment:
 
 
 def _not_utf8() -> str:
-    """Return the first file of options that is not valid UTF-8, with advice; ``conf`` if there is no such file."""
+    """Return the first option file that is not valid UTF-8, with advice; ``conf`` if all files are valid."""
     for path in (path for folder in plugins.conf_folders() for path in sorted(folder.rglob("*.yaml"))):
         try:
             path.read_text("utf-8")
@@ -184,7 +184,7 @@ def _typed(composed: Any, overrides: Sequence[str]) -> Experiment:
 
 
 def _reject_additions(options: Any, path: str) -> None:
-    """Raise InvalidInput for keys that ``+key=value`` added: no stage would read them."""
+    """Raise InvalidInput for keys that a user added with ``+key=value``, because no stage would read them."""
     if not is_dataclass(options):
         return
     names = [field.name for field in fields(options)]
@@ -195,7 +195,7 @@ def _reject_additions(options: Any, path: str) -> None:
 
 
 def _unknown_option(kind: type[Any], key: str) -> InvalidInput:
-    """Return the error for a full key that is not an option of a class."""
+    """Return the error for a key, with its full path, that is not an option of a class."""
     names = [field.name for field in fields(kind)]
     expected = "one of " + ", ".join(names) if names else "no option (this group is empty)"
     unknown = InvalidInput("there is no such option", key, expected, code="unknown_option")
@@ -203,7 +203,7 @@ def _unknown_option(kind: type[Any], key: str) -> InvalidInput:
 
 
 def in_words(error: Exception) -> Exception:
-    """Return an error of Hydra or OmegaConf as an InvalidInput with the full key."""
+    """Return the InvalidInput, with the full key, for an error of Hydra or OmegaConf."""
     if isinstance(error, MissingConfigException) and error.missing_cfg_file:
         group, _, name = error.missing_cfg_file.partition("/")
         if rejection := earlier_names().rejection(group, name):
@@ -252,7 +252,7 @@ def run_hydra(
     make: Callable[[Experiment, Sequence[str], Path | None], str],
     prepared: Callable[[Experiment], Experiment],
 ) -> int:
-    """Run one experiment, or a multirun of variants, through Hydra's own command line; return the exit status.
+    """Run one experiment, or several variants (multirun), with Hydra's command line; return the exit status.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Durations of commands in the documentation, from ``results/durations.csv``.
+"""Durations of commands for the documentation, read from ``results/durations.csv``.
 
 ``make bench ARGS=commands`` measures the table, and ``make readme`` writes its durations into the pages.
 """
@@ -12,11 +12,11 @@ from pipeline.reading import fault_of
 from pipeline.validation import InvalidInput, require_range
 
 _LINE = re.compile(r"^(make [^#\n]*?)( +#[^\n]*?)\(about [^()\n]*\)", re.MULTILINE)
-"""Line of a block of commands: command, comment, duration in brackets."""
+"""Pattern of a line in a block of commands: command, comment, and duration in brackets."""
 
 
 def in_words(seconds: float) -> str:
-    """Return a duration to two digits at most.
+    """Return a duration in words, with at most two digits.
 
     Examples
     --------
@@ -30,7 +30,7 @@ def in_words(seconds: float) -> str:
 
 
 def insert_durations(text: str, durations_s: Mapping[str, float]) -> str:
-    """Return a page with the measured duration of each command, in place of ``(about …)``.
+    """Return a page in which the measured duration of each command replaces ``(about …)``.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def insert_durations(text: str, durations_s: Mapping[str, float]) -> str:
 
 
 def durations(rows: Sequence[Mapping[str, str]]) -> dict[str, float]:
-    """Return the seconds of each command from the rows of the table."""
+    """Return the duration, s, of each command from the rows of the table."""
     try:
         return {
             row["command"]: require_range(

@@ -1,4 +1,4 @@
-"""Names of earlier versions: today's names of presets, options and columns, or the reasons for their removal.
+"""Names from earlier versions: for presets, options and columns, the current name or the reason for removal.
 
 Each folder of options may have a table ``earlier_names.yaml``; the tables of plug-ins extend that of ``conf``.
 Archives of earlier versions are read with these tables.  If a user types an old name, the error states the new one.
@@ -18,15 +18,15 @@ from pipeline.storage.tables import Table
 from pipeline.validation import InvalidInput, require_choice
 
 TABLE = "earlier_names.yaml"
-"""Name of the table in a folder of options."""
+"""File name of the table of earlier names in a folder of options."""
 
 TEXT = "str"
-"""New name of a class of choices that are now plain text."""
+"""Entry that replaces the name of a class of choices whose values are now plain text."""
 
 
 @dataclass(frozen=True)
 class Change:
-    """Change of one name.
+    """Change of a name between an earlier version and this version.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class Change:
 
 @dataclass(frozen=True)
 class EarlierNames:
-    """Changes of names, by the old name.
+    """Changes of names, each under the earlier name.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class EarlierNames:
     columns: dict[str, Change] = field(default_factory=dict)
 
     def option(self, kind: type[Any], name: str) -> Change | None:
-        """Return the change of an option of a class or its base classes; None if it did not change."""
+        """Return the change of an option's name in a class or its base classes; None if it did not change."""
         changes = (self.options.get(f"{base.__name__}.{name}") for base in kind.__mro__)
         return next((change for change in changes if change), None)
 
@@ -85,20 +85,20 @@ class EarlierNames:
         return _rejection(self.option(kind, name), key, name, above + dot)
 
     def todays_preset(self, name: str) -> Change:
-        """Return the change of a figure's preset: today's name, or the reason for its removal."""
+        """Return the change of a figure's preset: its current name, or the reason for its removal."""
         change = self.files.get(f"experiment/{name}", Change(now=name))
         return replace(change, now=change.now.rpartition("/")[2])
 
     def todays_class(self, name: str) -> str:
-        """Return today's name of a class of options."""
+        """Return the current name of an option class."""
         return change.now if (change := self.classes.get(name)) else name
 
     def todays_choice(self, kind: type[Any], name: str) -> str:
-        """Return today's name of a member of an enumeration."""
+        """Return the current name of a member of an enumeration."""
         return change.now if (change := self.option(kind, name)) else name
 
     def todays_options(self, kind: type[Any], values: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the values of a class's options by today's names, without removed options.
+        """Return the option values of a class under their current names, without options that no longer exist.
 
         Raises
         ------
@@ -124,7 +124,7 @@ class EarlierNames:
         return options
 
     def alike(self, figure: str, table: str, kept: Table, made: Table) -> tuple[Table, Table]:
-        """Return the comparable columns of an archived table, by today's names, and of today's table.
+        """Return the columns of an archived table and of a new table that can be compared, under current names.
 
         Columns that were removed, that were added since, or that contain sentences are left out.
         """
@@ -144,7 +144,7 @@ class EarlierNames:
 
 
 def earlier_names() -> EarlierNames:
-    """Return the changes of all loaded tables.
+    """Return the changes of names from the tables in all folders of options.
 
     Raises
     ------
@@ -169,7 +169,7 @@ def _earlier_names(_: object) -> EarlierNames:
 
 
 def _change(entry: Any, where: str) -> Change:
-    """Return the change that an entry of a table states."""
+    """Return the change of a name that an entry of a table describes."""
     stated = {"now": entry} if isinstance(entry, str) else entry
     kinds = {part.name for part in fields(Change)} - {"was"}
     valid = (
@@ -188,7 +188,7 @@ def _change(entry: Any, where: str) -> Change:
 
 
 def _rejection(change: Change | None, where: str, name: str, above: str = "") -> InvalidInput | None:
-    """Return the error for an old name that a user typed; None without a change."""
+    """Return the error for an earlier name that a user typed; None if the name did not change."""
     if change is None:
         return None
     if new := change.moved or (change.now and above + change.now.rpartition("/")[2]):
@@ -197,7 +197,7 @@ def _rejection(change: Change | None, where: str, name: str, above: str = "") ->
 
 
 def require_preset(name: str) -> str:
-    """Return a name after checking that a preset of this name exists.
+    """Return the name of a preset after checking that the preset exists.
 
     Raises
     ------

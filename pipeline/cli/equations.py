@@ -26,6 +26,6 @@ def equations(arguments: Sequence[str]) -> int:
 
 
 def _where(dotted: str) -> str:
-    """Return file, line and name of a function, given by its dotted name."""
+    """Return file, line and name of a function from its dotted name."""
     path, line = papers.locate(dotted)
     return f"{path.relative_to(PACKAGE.parent).as_posix()}:{line} {dotted.rpartition('.')[2]}"

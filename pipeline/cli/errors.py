@@ -1,4 +1,4 @@
-"""Messages for errors that the user can correct."""
+"""Messages for errors that a user can correct."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pipeline.validation import InvalidInput
 
 
 def sentence(error: Exception) -> str:
-    """Return the message for an error that the user can correct; empty for a bug, which needs its traceback."""
+    """Return the message for an error that the user can correct; empty for a bug, whose traceback is needed."""
     if isinstance(error, InvalidInput):
         return str(error)
     if isinstance(error, ModuleNotFoundError):

@@ -1,4 +1,4 @@
-"""Computation of one figure from its experiment, or of several with a progress display and a summary."""
+"""Computation of one figure from its experiment, or of several figures with a progress display and a summary."""
 
 from __future__ import annotations
 
@@ -66,12 +66,12 @@ def make_figure(
 
 
 def _processor_s() -> float:
-    """Return the processor time of this process and its helpers."""
+    """Return the processor time, s, of this process and its child processes."""
     return sum(os.times()[:4])
 
 
 def _remarks_on(clips: Clips) -> list[str]:
-    """Return warnings about clips: unusual clips that are used, and the number of rejected clips."""
+    """Return warnings about clips: clips with an unusual frequency that are used, and the number of rejected clips."""
     remarks = [
         f"{row['clip']} is {row['reason']}: check its frame rate"
         for row in clips.report
@@ -94,7 +94,9 @@ def attempt(
     early: bool = False,
     store: Store | None = None,
 ) -> Made:
-    """Make a figure and return the outcome, or the failure; the first figure of a folder is published early.
+    """Make a figure, and return its outcome or its failure.
+
+    The first figure of a folder is published early.
 
     Each figure uses a new store, so that memory does not grow with the number of figures.
     """
@@ -110,7 +112,7 @@ def attempt(
 
 
 def make_figures(jobs: Jobs, *, console: Console) -> list[str]:
-    """Make figures and return the error messages; the failure of one figure does not stop the others.
+    """Make several figures and return the error messages; a failed figure does not stop the others.
 
     Parameters
     ----------
@@ -138,7 +140,7 @@ def report(
     *,
     seconds: float,
 ) -> list[str]:
-    """Print the summary of figures and the errors of failed ones, and return the error messages.
+    """Print the summary of all figures and the errors of failed figures, and return the error messages.
 
     `seconds` is the duration of the whole run.
     """
@@ -174,7 +176,7 @@ def _make_in_turn(jobs: Jobs, display: Display) -> list[Made]:
 
 
 def _ledger(outcomes: Sequence[Outcome], experiments: dict[str, Experiment]) -> list[papers.Verdict]:
-    """Return the verdicts on figures, and write ``claims.csv`` if several figures share a folder."""
+    """Return the verdicts on several figures, and write ``claims.csv`` if the figures share a folder."""
     parents = {outcome.folder.parent for outcome in outcomes}
     if len(parents) > 1 or len(outcomes) == 1:
         return [verdict for outcome in outcomes for verdict in outcome.verdicts]

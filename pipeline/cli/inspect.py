@@ -1,4 +1,4 @@
-"""Command `inspect`: the content of recordings, the mapping that fits each, and the next command to type."""
+"""Command `inspect`: content of recordings, best mapping for each recording, and the command to type next."""
 
 from __future__ import annotations
 
@@ -28,7 +28,10 @@ from pipeline.validation import InvalidInput, bounded, listed
 
 @dataclass
 class Inspect:
-    """Options of the command; by default the values stated in the file and the best mapping."""
+    """Options of the command `inspect`.
+
+    By default, the values in the file and the best mapping are used.
+    """
 
     write: str = ""
     replace: bool = False
@@ -72,7 +75,7 @@ class Findings:
 
 
 def recordings(source: Path) -> list[Path]:
-    """Return the recordings in a folder and its subfolders, sorted, or a single file.
+    """Return the sorted recordings in a folder and its subfolders, or a single file.
 
     Raises
     ------
@@ -96,7 +99,7 @@ def recordings(source: Path) -> list[Path]:
 
 
 def inspect(arguments: Sequence[str]) -> Iterator[Findings]:
-    """Yield the findings on each recording that the arguments name; with ``write=`` also write a proposed mapping.
+    """Yield the findings on each recording that the arguments name; ``write=`` also saves a proposed mapping.
 
     Raises
     ------
@@ -153,12 +156,15 @@ def inspect(arguments: Sequence[str]) -> Iterator[Findings]:
 
 
 def _in_words(code: str) -> str:
-    """Return the name of a fault in words."""
+    """Return the code of a fault as words."""
     return code.replace("_", " ")
 
 
 def _statics(files: Sequence[Path]) -> dict[Path, tuple[Path, ...]]:
-    """Return the possible static trials of each recording, among the inspected files or in the folder of one file."""
+    """Return the possible static trials of each recording.
+
+    The trials are searched among the inspected files, or in the folder of a single file.
+    """
     if len(files) == 1:
         near = files[0].parent.iterdir()
         files = sorted({*files, *(p for p in near if formats.is_recording(p) and p.is_file())})
@@ -166,13 +172,13 @@ def _statics(files: Sequence[Path]) -> dict[Path, tuple[Path, ...]]:
 
 
 def _person(name: str, pattern: str = FolderData.person) -> str:
-    """Return the person that a file name states by the pattern of data.person, else the whole name."""
+    """Return the person's name that a pattern finds in a file name; the whole file name without a match."""
     match = re.search(pattern, name)
     return match[1] if match else name
 
 
 def _of_no_mapping(motion: MotionCapture, fit: mappings.Fit, path: Path, *, had_static: bool) -> list[str]:
-    """Return lines for a recording without a fitting mapping: the nearest mapping, and markers that are no joints."""
+    """Return lines about a recording that no mapping fits: the nearest mapping, and markers that are not at joints."""
     lines = ["no mapping fits"]
     if fit.points:
         lacking = listed(fit.lacking)
@@ -191,7 +197,7 @@ def _of_no_mapping(motion: MotionCapture, fit: mappings.Fit, path: Path, *, had_
 
 
 def summary(folder: Path, findings: Sequence[Findings]) -> list[str]:
-    """Return the summary of a folder's recordings: files with walks, people, the next command, unread files."""
+    """Return the summary of a folder: number of files with walks, people, the next command, and unread files."""
     walks = [each for each in findings if each.strides]
     doubled = len({Path(each.name).name for each in findings}) < len(findings)
     who = sorted(
@@ -221,7 +227,7 @@ def summary(folder: Path, findings: Sequence[Findings]) -> list[str]:
 
 
 def _other_files(folder: Path) -> str:
-    """Return the number of files in a folder that no reader supports, by suffix, as text; empty if there are none."""
+    """Return the number of unsupported files in a folder for each suffix, as text; empty if all are supported."""
     counts = Counter(
         p.suffix.lower() or "no suffix"
         for p in folder.rglob("*")
@@ -239,7 +245,7 @@ def _other_files(folder: Path) -> str:
 def _one_person(
     motion: MotionCapture, candidates: Sequence[SourceMapping], subject: str, findings: Findings
 ) -> MotionCapture:
-    """Return the points of one person, and add the names of all people to the findings.
+    """Return the recording of one person, and add the names of all people to the findings.
 
     Raises
     ------
@@ -271,7 +277,7 @@ def _of_file(motion: MotionCapture, suffix: str) -> list[str]:
 def _of_walk(
     motion: MotionCapture, fit: mappings.Fit, path: Path, options: Inspect, findings: Findings
 ) -> None:
-    """Add to the findings the joints that the mapping gives, and the steady walk or the reason why there is none."""
+    """Add to the findings the joints of the mapping, and the steady walk or the reason why there is none."""
     findings.mapping, findings.joints = fit.mapping.name, 15 - len(fit.missing)
     line = f"mapping: {fit.mapping.name}, {findings.joints} of 15 joints"
     if fit.missing:
@@ -311,7 +317,7 @@ def _of_walk(
 
 
 def _run(path: Path, options: Inspect, mapping: str) -> str:
-    """Return the command that makes a figure of the folder's recordings."""
+    """Return the command that makes a figure from the recordings in a folder."""
     stated = "".join(
         f" data.{name}={shlex.quote(f'{value:g}' if isinstance(value, float) else value)}"
         for name in ("units", "frame_rate_hz", "subject", "up")
@@ -323,12 +329,12 @@ def _run(path: Path, options: Inspect, mapping: str) -> str:
 
 
 def _again(path: Path, option: str = "") -> str:
-    """Return the command that inspects a recording again with an option."""
+    """Return the command that inspects a recording again with a further option."""
     return f"python -m pipeline inspect {shlex.quote(str(path))} {option}".rstrip()
 
 
 def _after_refusal(code: str, values: dict[str, Any], path: Path, units: str, run: str) -> str:
-    """Return the next command or advice for a recording that is not a walk."""
+    """Return the next command, or advice, for a recording that is not a walk."""
     if code == "unit" and (unit := unit_of_leg(values["leg_mm"] / formats.millimetres_in(units, path.name))):
         again = f"{_again(path, f'units={unit}')}   (data.units= in runs)"
         if path.suffix.lower() in (".csv", ".trc") and "/" in unit:
@@ -393,7 +399,7 @@ def look(arguments: Sequence[str]) -> int:
 
 
 def _row(findings: Findings) -> tuple[str, ...]:
-    """Return the cells of a recording in the table of a folder."""
+    """Return the row of a recording in the table of a folder."""
     strides = f"{findings.strides:.1f}" if findings.strides else ""
     joints_of_15 = str(findings.joints or "")
     return findings.name, findings.mapping, joints_of_15, strides, findings.refusal or "yes"

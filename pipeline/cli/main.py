@@ -68,11 +68,11 @@ if TYPE_CHECKING:
     from pipeline.studies.experiment import Experiment
 
 IDENTITY = {"experiment", "data", "scale", "workers", "results", "data.mirror", "data.raw"}
-"""Overrides that do not move a preset's figure to the scratch folder."""
+"""Names of overrides that leave a figure in its preset's folder; other overrides move it to the scratch folder."""
 OWN_FILES = {"skeleton", "skeleton.mapping", "skeleton.missing"} | {
     f"data.{x}" for x in ("path", "pattern", "person", "subject", "units", "up", "frame_rate_hz", "name")
 }
-"""Further overrides of this kind with data=folder: they define the data set."""
+"""Names of further overrides that leave a figure in its folder if data=folder: they define the data set."""
 
 
 _INTERRUPTED = 130
@@ -96,7 +96,7 @@ COMMANDS = {
 
 
 def commands() -> dict[str, str]:
-    """Return the import paths of all commands by name: those of the package, then those of plug-ins."""
+    """Return the import path of each command by name: commands of the package, then commands of plug-ins."""
     targets = dict(COMMANDS)
     for each in plugins.loaded():
         for name, target in each.plugin.commands.items():
@@ -113,7 +113,7 @@ def commands() -> dict[str, str]:
 
 
 def command(name: str) -> Callable[[Sequence[str]], int]:
-    """Return the function of a command, imported with the modules that it needs."""
+    """Return the function that implements a command, after importing its modules."""
     function: Callable[[Sequence[str]], int] = plugins.resolve(commands()[name])
     return function
 
@@ -128,7 +128,7 @@ def _help_of(name: str) -> str:
 
 
 def script() -> int:
-    """Run ``python -m pipeline``, or the console command ``gait-pipeline``, and return the exit status."""
+    """Run ``python -m pipeline``, or the console command ``gait-pipeline``; return the exit status."""
     # BLAS threads would wait for each other in many small solves.  Set before numpy loads; the user's setting wins.
     for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(variable, "1")
@@ -162,12 +162,12 @@ def _cannot_write(error: OSError) -> int:
 
 
 def _first_words(docstring: str) -> str:
-    """Return the first line of a command's help up to the usage, cut to 60 characters."""
+    """Return the first line of a command's help, without the usage, shortened to 60 characters."""
     return textwrap.shorten(docstring.partition("\n")[0].split(":")[0], 60, placeholder=" …")
 
 
 def help_text() -> str:
-    """Return the help: the module's docstring with the figures and the commands of plug-ins."""
+    """Return the help text: this module's docstring, with the list of figures and the commands of plug-ins."""
     lines = ["Figures:"]
     for name in presets():
         words = f"  {name:<26} {first_comment(name)}"
@@ -179,7 +179,7 @@ def help_text() -> str:
 
 
 def destination(experiment: Experiment, overrides: Sequence[str], moment: str) -> Path:
-    """Return the folder of a figure: the preset's folder, or with changed options a folder in scratch."""
+    """Return the folder of a figure: the preset's folder, or a folder in scratch if options were changed."""
     allowed = IDENTITY | (OWN_FILES if "data=folder" in overrides else set())
     names = {item.split("=", 1)[0].lstrip("+~") for item in overrides}
     run = experiment.published_in if names <= allowed else Path(experiment.results) / "scratch" / moment
@@ -257,17 +257,17 @@ def show_status(arguments: Sequence[str]) -> int:
 
 
 def _split(arguments: Sequence[str], chosen: Callable[[str], bool]) -> tuple[list[str], list[str]]:
-    """Return the arguments that meet a condition, and the others."""
+    """Return two lists: the arguments that meet a condition, and the other arguments."""
     return [item for item in arguments if chosen(item)], [item for item in arguments if not chosen(item)]
 
 
 def _is_presets_own(one: Experiment, folder: Path) -> bool:
-    """Return whether a folder is the preset's folder, that is, no option was changed."""
+    """Return True if a folder is the preset's folder, that is, if no option was changed."""
     return folder == one.published_in / one.name
 
 
 def _make_one(experiment: Experiment, overrides: Sequence[str], folder: Path | None) -> str:
-    """Make one figure; return the error message, empty on success."""
+    """Make one figure and return the error message; empty on success."""
     from pipeline.cli.figures import make_figures
     from pipeline.cli.summary import open_console
 
@@ -276,7 +276,7 @@ def _make_one(experiment: Experiment, overrides: Sequence[str], folder: Path | N
 
 
 def _make_variant(experiment: Experiment, overrides: Sequence[str], folder: Path | None) -> str:
-    """Make one figure of a multirun; a figure without changed options goes to the preset's folder."""
+    """Make one figure of a multirun, in the preset's folder if no option was changed; return the error message."""
     target = destination(experiment, overrides, _moment())
     return _make_one(experiment, overrides, target if _is_presets_own(experiment, target) else folder)
 
@@ -393,13 +393,13 @@ def _run(arguments: Sequence[str]) -> int:
 
 
 def _announce(work: str, arguments: Sequence[str]) -> None:
-    """Print the name of the work before the libraries that compose it are loaded."""
+    """Print which figures or work are being set up, before slow libraries are loaded."""
     named, _ = split_named(arguments)
     print("setting up " + (", ".join(named) or work), flush=True)
 
 
 def _compare(run: Path) -> None:
-    """Write comparisons of the finished variants of a multirun, and print their paths."""
+    """Write comparisons between the finished variants of a multirun, and print the paths of the comparisons."""
     from pipeline.cli.summary import open_console
     from pipeline.report.variants import compare_variants
 
@@ -408,7 +408,7 @@ def _compare(run: Path) -> None:
 
 
 def _print_preset_folders(arguments: Sequence[str]) -> None:
-    """Print the folders of the presets that a multirun without changed options has made."""
+    """Print the preset folders of the figures that a multirun made without changed options."""
     from pipeline.cli.compose import compose
     from pipeline.storage.sealed_folders import MANIFEST
 

@@ -1,4 +1,4 @@
-"""Options of a command as a dataclass, filled from ``option=value`` arguments without Hydra."""
+"""Options of a command as a dataclass, read from ``option=value`` arguments without Hydra."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Options = TypeVar("Options")
 
 
 def filled(kind: type[Options], overrides: Sequence[str]) -> Options:
-    """Return the options of a command, with values from overrides.
+    """Return the options of a command with the values from overrides.
 
     Parameters
     ----------

@@ -18,12 +18,12 @@ _CODES = {"bold": "1", "dim": "2"}
 
 
 def tell_json(value: Any) -> None:
-    """Print a value as JSON, for other programs."""
+    """Print a value as JSON, so that other programs can read it."""
     print(json.dumps(value, indent=1, default=str))
 
 
 def tell(text: str, style: str = "") -> None:
-    """Print a line with escaped control characters, on a terminal in the style ``bold`` or ``dim``."""
+    """Print a line with escaped control characters; on a terminal, in the style ``bold`` or ``dim``."""
     text = printable(text)
     if style and sys.stdout.isatty():
         text = f"\x1b[{_CODES[style]}m{text}\x1b[0m"
@@ -31,14 +31,14 @@ def tell(text: str, style: str = "") -> None:
 
 
 def tell_section(title: str, lines: Iterable[str]) -> None:
-    """Print a title in bold, and indented lines below it."""
+    """Print a title in bold and, below it, indented lines."""
     tell(title, "bold")
     for line in lines:
         tell(f"  {line}")
 
 
 def tell_table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Print a table as wide as the terminal; the first and the last column are wrapped."""
+    """Print a table that fits the width of the terminal; text in the first and last column is wrapped."""
     every = [headings, *rows]
     columns = shutil.get_terminal_size((160, 24)).columns
     widths = [max(len(row[k]) for row in every) for k in range(len(headings))]

@@ -1,4 +1,4 @@
-"""Conversion of overrides from shell input to Hydra's grammar."""
+"""Conversion of overrides from shell input to the grammar of Hydra."""
 
 from __future__ import annotations
 
@@ -11,17 +11,20 @@ _WORDS = {
     "data.path", "data.pattern", "data.person", "data.mirror", "data.raw", "data.table", "data.name", "results",
     "skeleton.mapping", "input.path", "output.path", "model_folder",
 }  # fmt: skip
-"""Options whose value is plain text: paths, patterns, names."""
+"""Names of options whose value is plain text: paths, patterns, names."""
 
 _NAMES = {f"sweep.{prefix}{name}" for prefix in ("", "papers_") for name in ("lengths", "root")}
-"""Options with a choice named ``true``, which Hydra would read as a truth value."""
+"""Names of options with a choice called ``true``, which Hydra would read as a boolean."""
 
 _GROUPS = {"scale", "data", "dataset", "model", "sweep", "figure"}
-"""Options that select a file by its name; Hydra rejects unquoted numbers, truth values and null for them."""
+"""Names of options that select a file by name.
+
+Hydra rejects unquoted numbers, booleans and null as values of these options.
+"""
 
 
 def quoted(overrides: Sequence[str]) -> list[str]:
-    """Return overrides in Hydra's grammar: text with special characters is quoted, and ``skeleton=`` is expanded.
+    """Return overrides in Hydra's grammar, with quotes around special characters and with ``skeleton=`` expanded.
 
     A comma is a special character, except with ``-m``, where it separates variants.
 

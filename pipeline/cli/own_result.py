@@ -1,4 +1,4 @@
-"""One-line result on the user's own recordings, printed at the top of the summary."""
+"""One-line result for the user's own recordings, printed at the top of the summary."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ MEASURES = {
     "rms_error_mm": ("depth, all views", " mm"),
     "absolute_angle_error_median_deg": ("view angle, median off", "°"),
 }
-"""Error columns of ``table.csv`` with a value for each method: quantity and unit by column."""
+"""Columns of ``table.csv`` that contain an error for each method, with quantity and unit."""
 _WORDS = {"map": "MAP"}
 FEW_PEOPLE = 20
-"""Number of people below which a model of other people is offered."""
+"""Number of people below which a model learnt from other people is suggested."""
 
 
 def own_result(folder: Path) -> str:
-    """Return a line with the mean error of each method in a figure's folder, and the number of people.
+    """Return a line with the number of people and the mean error of each method, from a figure's folder.
 
     Variants of a method, whose names end in a number, are left out.  Without an error column the line is empty.
     """

@@ -1,4 +1,4 @@
-"""Parallel computation of figures, started in order, each in a separate process that frees its memory at the end.
+"""Parallel computation of figures: each runs in a separate process, which frees the memory at its end.
 
 If a process dies, only its figure fails.  The processes end together with the program.
 """
@@ -31,15 +31,18 @@ from pipeline.storage.store import Store
 from pipeline.studies.experiment import Experiment
 
 Jobs = Sequence[tuple[Experiment, Path]]
-"""Experiment and folder of each figure."""
+"""Jobs to run: the experiment and the folder of each figure."""
 
 Make = Callable[[Experiment, Path, Callable[[str], None]], Made]
 
 MAX_SIGNALS, SIGNAL_INTERVAL_S = 10, 0.5
-"""Number of termination signals for a worker before it is killed, and the time after each in seconds."""
+"""Number of termination signals sent to a worker before it is killed, and the time between signals, s."""
 
 _SHARED_MODULES = ("numba", "pipeline.pictures.picture")
-"""Modules that are slow to import, imported once for later workers; rerun is excluded, since it starts threads."""
+"""Modules that are slow to import; the main process imports them once for all later workers.
+
+The module rerun is excluded because it starts threads.
+"""
 
 # Workers fork while no thread runs, and reuse the modules and experiments that the program has loaded.
 _CONTEXT: Any = multiprocessing.get_context("fork" if CAN_FORK else "spawn")
@@ -47,7 +50,7 @@ _CONTEXT: Any = multiprocessing.get_context("fork" if CAN_FORK else "spawn")
 
 @dataclass(frozen=True)
 class _Worker:
-    """Worker process, this program's end of its pipe, and the number of its figure."""
+    """Worker process, the main process's end of the pipe to it, and the index of the worker's figure."""
 
     process: BaseProcess
     pipe: Connection
@@ -55,7 +58,7 @@ class _Worker:
 
 
 def make_side_by_side(jobs: Jobs, make: Make, display: Display, *, processes: int, cores: int) -> list[Made]:
-    """Make figures in parallel, started in the order of the jobs, and return the outcome or failure of each.
+    """Make figures in parallel, in the order of the jobs, and return the outcome or failure of each figure.
 
     Parameters
     ----------
@@ -75,7 +78,7 @@ def make_side_by_side(jobs: Jobs, make: Make, display: Display, *, processes: in
     workers: dict[int, _Worker] = {}
 
     def begin(slot: int, not_returned: int = 0) -> None:
-        """Start the next figure in a slot, or release its core to the others."""
+        """Start the next figure in a slot; if none is left, make the slot's core available to other figures."""
         if queue:
             figure = queue.popleft()
             ours, its = _CONTEXT.Pipe()
@@ -129,7 +132,7 @@ def make_side_by_side(jobs: Jobs, make: Make, display: Display, *, processes: in
 
 @contextmanager
 def _signal_connection() -> Iterator[Connection]:
-    """Yield a connection from which Ctrl-C and SIGTERM are read.
+    """Yield a connection that receives a message for each Ctrl-C and SIGTERM.
 
     An exception raised by a signal at any moment could leave a started worker out of the list of workers.
     """
@@ -158,7 +161,7 @@ def _work(
     not_returned: int,
     parent: int,
 ) -> None:
-    """Make a figure in a worker; send the name of each stage, then the result with the number of owed cores."""
+    """Make a figure in a worker; send the name of each stage, then the result and the number of cores it owes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C and ends its workers
     signal.signal(signal.SIGTERM, _interrupt)
     sys.stdout, sys.stderr = sys.__stdout__, sys.__stderr__  # the display had replaced them

@@ -1,4 +1,4 @@
-"""Command `sensitivity`: effect on the verdicts of each switch that resolves an ambiguity of the papers."""
+"""Command `sensitivity`: effect of each switch, which resolves an ambiguity of the papers, on the verdicts."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ from pipeline.studies.registry import all_measures
 from pipeline.validation import InvalidInput, require_choice
 
 PLAIN = "as it is"
-"""Switch name of the baseline figures, made without a switch."""
+"""Name that stands for the baseline figures, which are made without a switch."""
 
 KEEP, QUOTED = "keep", "quoted"
-"""Arguments that write the results into the repository, and that select the switches quoted in explanations."""
+"""Arguments: one writes the results into the repository, the other selects the switches that explanations quote."""
 
 QUIET = ("figure.picture=false", "figure.recording=false")
 
 
 def groups() -> dict[str, tuple[Path, Mapping[str, Any]]]:
-    """Return the groups of switches by name, each with the folder of options that contains it."""
+    """Return the groups of switches by name, each with the folder of options that defines it."""
     files = {folder: folder / "sensitivity.yaml" for folder in plugins.conf_folders()}
     return {
         name: (folder, group)
@@ -47,7 +47,7 @@ def groups() -> dict[str, tuple[Path, Mapping[str, Any]]]:
 
 
 def switches(group: Mapping[str, Any], data_name: str) -> Iterator[Switch]:
-    """Yield the baseline of a group of `conf/sensitivity.yaml`, then each switch for a data set."""
+    """Yield the baseline of a group in `conf/sensitivity.yaml`, then each switch that applies to a data set."""
     common, every = tuple(group["common"]), tuple(group["figures"])
     yield Switch(PLAIN, common, (), every)
     for name, switch in group["switches"].items():
@@ -56,7 +56,7 @@ def switches(group: Mapping[str, Any], data_name: str) -> Iterator[Switch]:
 
 
 def compare(plain: Sequence[Verdict], switched: Sequence[Verdict], name: str) -> list[dict[str, Any]]:
-    """Return a row for each claim judged in both runs: value and answers of the baseline and with the switch."""
+    """Return a row for each claim with a value in both runs: values and answers without and with the switch."""
     before = {verdict.claim.name: verdict for verdict in plain}
     rows = []
     for verdict in switched:
@@ -135,7 +135,7 @@ def sensitivity(arguments: Sequence[str]) -> int:
 def _measured(
     every: Sequence[Switch], name: str, options: Sequence[str], below: Path
 ) -> tuple[list[dict[str, Any]], list[interventions.Numbers]]:
-    """Make the figures of a group with each switch; return the rows of the table and the numbers for explanations."""
+    """Make the figures of a group with each switch; return the table's rows and the numbers that explanations quote."""
     rows: list[dict[str, Any]] = []
     numbers: list[interventions.Numbers] = []
     plain_tables: dict[str, Any] = {}
@@ -180,12 +180,12 @@ def _measured(
 
 
 def _word(name: str) -> str:
-    """Return the name of a switch as an argument and as a folder, with _ for spaces."""
+    """Return the name of a switch with _ for spaces, as used for arguments and folders."""
     return name.replace(" ", "_")
 
 
 def _selected(every: Sequence[Switch], named: Collection[str]) -> Iterator[Switch]:
-    """Yield the baseline of the changed figures, then the named switches."""
+    """Yield the baseline of the figures that the named switches change, then these switches."""
     plain, *others = every
     selected = [switch for switch in others if _word(switch.name) in named]
     changed = {figure for switch in selected for figure in switch.figures}
@@ -194,7 +194,7 @@ def _selected(every: Sequence[Switch], named: Collection[str]) -> Iterator[Switc
 
 
 def _quoted(every: Sequence[Switch], data_name: str, group: str) -> Iterator[Switch]:
-    """Yield the switches that explanations quote and their baseline, restricted to the quoted figures."""
+    """Yield the baseline and the switches that explanations quote, restricted to the quoted figures."""
     figures = {
         switch.name: interventions.figures_of(interventions.names_quoted(data_name, group, switch.name))
         for switch in every
@@ -206,7 +206,7 @@ def _quoted(every: Sequence[Switch], data_name: str, group: str) -> Iterator[Swi
 
 
 def moved_table(rows: Sequence[Mapping[str, Any]]) -> Table:
-    """Return a table to print, with the values of claims whose answer a switch moves."""
+    """Return a printable table of the claims whose answer changes with a switch."""
     table = Table(title="Answers that a switch moves", title_justify="left", box=None, pad_edge=False)
     for heading in ("claim", "as it is", "", "switch", "with it", " "):
         table.add_column(heading)

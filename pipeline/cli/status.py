@@ -1,4 +1,4 @@
-"""Status of figures (current, stale or missing), without computing."""
+"""Status of figures (current, stale or missing), determined without computing them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _STYLES = {CURRENT: "green", STALE: "yellow", MISSING: "red"}
 
 @dataclass(frozen=True)
 class Status:
-    """Status of a published figure compared with its experiment.
+    """Status of a published figure relative to its experiment.
 
     Attributes
     ----------
@@ -41,7 +41,9 @@ class Status:
 
 
 def status(experiment: Experiment, folder: Path) -> Status:
-    """Return the status of a published figure; stages are compared by content, the figure by options and sources.
+    """Return the status of a published figure.
+
+    Stages are compared by content, the figure itself by its options and sources.
 
     Raises
     ------
@@ -75,7 +77,7 @@ def status(experiment: Experiment, folder: Path) -> Status:
 
 
 def print_status(figures: Sequence[Status], console: Console) -> None:
-    """Print a row for each figure."""
+    """Print one row for each figure, with its status."""
     table = Table(box=None, pad_edge=False)
     for heading in ("figure", "state", "to compute", "why"):
         table.add_column(heading, overflow="fold")

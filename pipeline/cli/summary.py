@@ -1,4 +1,4 @@
-"""Summary after figures are made: files, durations, verdicts on the papers' claims, remarks."""
+"""Summary printed after figures are made: files, durations, verdicts on the papers' claims, and remarks."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ if TYPE_CHECKING:
     from pipeline.papers import Verdict
 
 WIDE = 110
-"""Width in columns from which the table of claims shows every column."""
+"""Width of the terminal, in characters, from which the table of claims has all columns."""
 
 STAGES = ("ingest", "dataset", "model", "sweep", "figure")
 
 
 def open_console() -> Console:
-    """Return a console, 160 columns wide if the output is not a terminal."""
+    """Return a console; if the output is not a terminal, the console is 160 characters wide."""
     terminal = _Console(highlight=False)
     return terminal if terminal.is_terminal else _Console(highlight=False, width=160)
 
 
 class _Console(Console):
-    """Console that raises an error if the reader of its output has closed the pipe."""
+    """Console that raises an error if the program that reads the output has closed the pipe."""
 
     def on_broken_pipe(self) -> None:
         """Raise BrokenPipeError, which `main` reports."""
@@ -40,7 +40,7 @@ class _Console(Console):
 
 @dataclass(frozen=True)
 class Outcome:
-    """Outcome of a figure that was made.
+    """Outcome of a figure that was made successfully.
 
     Attributes
     ----------
@@ -69,7 +69,7 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Failure:
-    """Failure of a figure.
+    """Error of a figure that could not be made.
 
     Attributes
     ----------
@@ -91,7 +91,7 @@ Made = Outcome | Failure
 def summarise(
     outcomes: Sequence[Outcome], verdicts: Sequence[Verdict], console: Console, *, seconds: float
 ) -> None:
-    """Print the table of figures with seconds, their folders, the verdicts on the papers' claims, and the remarks.
+    """Print the table of figures with durations, their folders, the verdicts on the papers' claims, and remarks.
 
     `seconds` is the duration of the whole run.
     """
@@ -128,7 +128,7 @@ def summarise(
 
 
 _KINDS = {".csv": "table", ".svg": "picture", ".rrd": "recording"}
-"""Names of kinds of files by suffix."""
+"""Kind of file, in words, for each suffix."""
 
 _AGREEMENTS = {
     "agrees": "green",
@@ -146,16 +146,16 @@ _BEYOND = {
     "worse": ("red", "worse than it"),
     "unknown": ("yellow", "not known"),
 }
-"""Styles of the answers in counting order, and their words in counts."""
+"""Colour of each answer in the order in which answers are counted; for baselines also the words."""
 
 _SHORT = {"not judged at smoke scale": "not judged"}
-"""Words of the table that are shorter than those of the counts below it."""
+"""Shorter forms of answers, for the table."""
 
 Row = dict[str, str]
 
 
 def claim_rows(verdicts: Sequence[Verdict]) -> list[Row]:
-    """Return the cells of the table of claims, as text, sorted by kind; ``why`` is filled if a claim does not agree."""
+    """Return the rows of the table of claims as text, sorted by kind; ``why`` is empty if the claim agrees."""
     from pipeline.papers import Kind, all_papers
 
     rows, kinds = [], list(Kind)
@@ -182,7 +182,7 @@ def claim_rows(verdicts: Sequence[Verdict]) -> list[Row]:
 
 
 def claims_table(rows: Sequence[Row], width: int = 160) -> Table:
-    """Return the table of claims by kind and paper: both answers, the short name, the published number and ours.
+    """Return the table of claims, grouped by kind and paper: answers, short name, published value, and our value.
 
     The baseline's number needs a width of `WIDE` columns.
     """
@@ -208,7 +208,7 @@ def claims_table(rows: Sequence[Row], width: int = 160) -> Table:
 
 
 def counts(verdicts: Sequence[Verdict]) -> list[str]:
-    """Return lines with the counts of verdicts: for each kind of claims, then for each paper and our targets."""
+    """Return lines with the number of verdicts of each kind, for each kind of claim and for each paper."""
     from pipeline.papers import JUDGED, OF_PAPERS, Agreement, Beyond, Kind, all_papers, count, count_by_kind
 
     rows, lines = [verdict.row for verdict in verdicts], []

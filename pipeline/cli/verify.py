@@ -1,4 +1,4 @@
-"""Command `verify`: check every file of an archive by its digest and, on request, compute every table again."""
+"""Command `verify`: check the digest of every file of an archive and, on request, recompute all its tables."""
 
 from __future__ import annotations
 
@@ -45,13 +45,13 @@ def verify(arguments: Sequence[str]) -> int:
 
 
 def _archives(path: Path) -> list[Path]:
-    """Return the archive at a path, or all archives in a folder of light archives, one for each data set."""
+    """Return the archive at a path, or the archives in a folder of light archives (one for each data set)."""
     inside = [sums.parent for sums in visible(path, f"*/{archive.CHECKSUMS}")]
     return [path] if (path / archive.CHECKSUMS).is_file() or not inside else inside
 
 
 def computed_again(folder: Path, only: str = "") -> list[str]:
-    """Compute the figures of an archive again, print the agreement of the tables, and return the disagreements."""
+    """Recompute the figures of an archive, print the agreement of the tables, and return the disagreements."""
     manifests = {
         each.parent: manifest
         for each in visible(folder, f"**/*/{MANIFEST}")

@@ -1,4 +1,4 @@
-"""Walkers as input of commands: from a figure's folder, a recording, or reconstructed keypoints."""
+"""Walkers as input of commands, from a figure's folder, a recording, or reconstructed keypoints."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from pipeline.storage.sealed_folders import FIGURE, read_manifest
 from pipeline.validation import InvalidInput, require_choice, require_range
 
 SUMMARY = "summary.json"
-"""Name of the file that every folder of `reconstruct` contains, even without a walk."""
+"""Name of the file that every output folder of `reconstruct` contains, even without a walk."""
 FIGURES = "a newly made folder of zhang2007_fig4, zhang2007_fig5, zhang2004_fig3 or zhang2004_fig4"
 
 
@@ -76,7 +76,7 @@ def options_of(arguments: Sequence[str], kind: type[Options], *, usage: str) -> 
 
 
 def kind_of(source: str, arguments: Sequence[str], of: Mapping[str, str]) -> str:
-    """Return the kind of a source; raise InvalidInput for an option that has no effect on this kind.
+    """Return the kind of a source; raise InvalidInput if an option has no effect on sources of this kind.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def kind_of(source: str, arguments: Sequence[str], of: Mapping[str, str]) -> str
 
 
 def target_file(to: str, suffixes: Sequence[str], usage: str, source: str, *, replace: bool) -> Path:
-    """Return the path of ``to=`` after checking that its suffix is supported and the file may be written."""
+    """Return the path in ``to=``, after checking that its suffix is supported and that the file may be written."""
     if not to:
         raise InvalidInput("name the output file by to=FILE", expected=usage, code="no_target")
     target = Path(to)
@@ -114,7 +114,7 @@ def target_file(to: str, suffixes: Sequence[str], usage: str, source: str, *, re
 
 
 class FigureWalkers:
-    """Walkers of a figure's folder, as recorded and as reconstructed.
+    """Recorded and reconstructed walkers in a figure's folder.
 
     Parameters
     ----------
@@ -154,13 +154,13 @@ class FigureWalkers:
             raise InvalidInput(what, folder, FIGURES, received, code="no_motion")
 
     def original(self, name: str) -> Walk:
-        """Return a walker as recorded, by default the first."""
+        """Return the recorded walker with a given name; by default the first walker."""
         with as_written(self._folder):
             r, facts = self._index(name), ("walker", "original", "stride_hz", "unmeasured")
             return Walk(*(self._arrays[fact][r] for fact in facts))
 
     def reconstructed(self, name: str, method: str, view_angle_deg: float | None) -> Walk:
-        """Return a walker as reconstructed from a view.
+        """Return a walker reconstructed from one view.
 
         If the figure contains the training data of its model, every view is available, else only the demonstrated ones.
 
@@ -190,7 +190,7 @@ class FigureWalkers:
         return walkers.index(require_choice("walker", name or walkers[0], walkers))
 
     def _from_view(self, r: int, method: str, view_angle_deg: float) -> np.ndarray:
-        """Return the missing dimension (5, 15) for any view, reconstructed with the model of the walker's fold."""
+        """Return the missing dimension (5, 15), mm, for any view, reconstructed with the model of the walker's fold."""
         require_range("view_angle_deg", view_angle_deg, at_least=-180, at_most=180)
         listed_views = ", ".join(f"{view:g}" for view in self._arrays["demonstration_view_deg"])
         stored = {"samples", "person", "residual_covariance_mm2"} <= set(self._arrays)
@@ -220,7 +220,7 @@ class FigureWalkers:
 def recorded_walk(
     path: Path, *, skeleton: str, units: str, subject: str = "", up: UpAxis = UpAxis.auto, harmonics: int = 2
 ) -> Walk:
-    """Return the steady walk of a recording.
+    """Return the steady walk in a recording.
 
     Parameters
     ----------
@@ -246,7 +246,7 @@ def recorded_walk(
 
 
 def keypoint_walk(folder: Path, *, harmonics: int = 2) -> Walk:
-    """Return the walk in a ``joints.csv`` of ``reconstruct``, from its longest stretch.
+    """Return the walk in the longest stretch of a ``joints.csv`` that ``reconstruct`` wrote.
 
     Raises
     ------
@@ -266,7 +266,7 @@ def keypoint_walk(folder: Path, *, harmonics: int = 2) -> Walk:
 
 
 def _stretches(path: Path) -> list[tuple[float, str]]:
-    """Return strides and locomotion of each stretch in a ``summary.json``; 0 strides if the stretch is not a walk."""
+    """Return strides and locomotion of each stretch in a ``summary.json``; a stretch without a walk has 0 strides."""
     summary = read_json(path, dict[str, Any])
     if summary["verdict"] == "not_a_walk":
         reasons = "; ".join(map(str, summary["why"]))
@@ -280,7 +280,7 @@ def _stretches(path: Path) -> list[tuple[float, str]]:
 def _longest(
     path: Path, stretches: Sequence[tuple[float, str]]
 ) -> tuple[np.ndarray, float, tuple[float, str]]:
-    """Return joints (T, 15, 3), frame rate in Hz, strides and locomotion of the longest stretch in ``joints.csv``."""
+    """Return joints (T, 15, 3), mm, frame rate, Hz, strides and locomotion of the longest stretch in ``joints.csv``."""
     table = tables.read(path)
     if lacking := {"stretch", "time_s", "x", "y", "z"} - set(table):
         what = f"the table is not from `reconstruct`: it has no column {sorted(lacking)[0]!r}"
@@ -306,7 +306,7 @@ def steady(
     locomotion: Locomotion = Locomotion.auto,
     up: UpAxis = UpAxis.auto,
 ) -> Walk:
-    """Return the Fourier representation of the steady walk in joints (T, 15, 3), mm, and print remarks on it."""
+    """Return the Fourier representation of the steady walk in joints (T, 15, 3), mm, and print remarks on the walk."""
     prepared = walk_in(name, positions, frame_rate_hz, valid, up, locomotion=locomotion)
     if prepared.positions is None:
         code, values = prepared.row["code"], prepared.row["values"]

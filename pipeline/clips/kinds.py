@@ -1,4 +1,4 @@
-"""Types of clips that figures are computed from, recorded or synthetic.
+"""Types of clips from which figures are computed, recorded or synthetic.
 
 The kinds are walks (zhang2004, zhang2007), performances of an action (mozerov2006) and varied motion (park2011).  A
 data set has a corpus for each kind.  Every clip has a row in the report, kept or rejected, with the reason.
@@ -15,7 +15,7 @@ import numpy as np
 
 @dataclass(frozen=True, kw_only=True)
 class Clips:
-    """Usable clips, concatenated in time, and the report on all clips.
+    """Usable clips, concatenated along time, and the report on all clips.
 
     Attributes
     ----------
@@ -48,13 +48,13 @@ class Clips:
         return len(self.first) - 1
 
     def motion(self, number: int) -> np.ndarray:
-        """Return the positions of a clip, (T, 15, 3) mm."""
+        """Return the positions (T, 15, 3), mm, of one clip."""
         return self.positions[self.first[number] : self.first[number + 1]]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Walks(Clips):
-    """Steady walks as treadmill equivalents.
+    """Steady walks, converted to treadmill walking.
 
     Attributes
     ----------
@@ -76,7 +76,7 @@ class Walks(Clips):
 
 @dataclass(frozen=True, kw_only=True)
 class Performances(Clips):
-    """Performances of an action.
+    """Performances of the same action.
 
     Attributes
     ----------
@@ -104,7 +104,7 @@ class VariedClips(Clips):
 
 @dataclass(frozen=True)
 class Corpus:
-    """Kind of clips.
+    """Kind of clips: walks, performances or varied clips.
 
     Attributes
     ----------
@@ -137,7 +137,7 @@ WALKS = Corpus(
     "View angle 0 is the frontal view, -90 the left profile, +90 the right profile; image right is the walker's "
     "right at 0, so a video taken from the front has to be mirrored.",
 )
-"""Corpus of walks (zhang2004, zhang2007)."""
+"""Kind of clips that zhang2004 and zhang2007 need: walks."""
 
 PERFORMANCES = Corpus(
     "performances",
@@ -146,7 +146,7 @@ PERFORMANCES = Corpus(
     result=Performances,
     world="World: right-handed, metres, z up; actors stand over the origin, facing +y at the first frame.",
 )
-"""Corpus of performances of an action (mozerov2006)."""
+"""Kind of clips that mozerov2006 needs: performances of the same action."""
 
 VARIED = Corpus(
     "clips",
@@ -155,16 +155,19 @@ VARIED = Corpus(
     result=VariedClips,
     world="World: right-handed, metres, z up, as recorded.",
 )
-"""Corpus of clips of varied motion (park2011)."""
+"""Kind of clips that park2011 needs: varied motion."""
 
 
 Reducer: TypeAlias = Callable[[np.ndarray, float, float], Any]
-"""Function of the positions (T, 15, 3), mm, frame rate and frequency, Hz, of a walk; only its result is stored."""
+"""Type of a function of a walk's positions (T, 15, 3), mm, frame rate, Hz, and frequency, Hz.
+
+Only the function's result is stored.
+"""
 
 
 @dataclass(frozen=True)
 class Request:
-    """Request to the ingest stage.
+    """Request for clips, passed to the ingest stage.
 
     Attributes
     ----------

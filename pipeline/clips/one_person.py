@@ -1,4 +1,4 @@
-"""Detection of recordings under two names that may be of the same person.
+"""Detection of recordings under different names that may show the same person.
 
 Statistics count people, and a person with two names would count twice.  Exact copies are rejected when recordings are
 read.  This module finds copies that were cut, shifted, resampled, mirrored, resized or made noisy.
@@ -13,17 +13,20 @@ import numpy as np
 from pipeline.core.likeness import Likeness, limb_differences, posture_difference_mm
 
 REMARK = "may be the person of"
-"""Beginning of the remark on a recording that may be of a person with another name."""
+"""First words of the remark on a recording that may show the person of a recording under another name."""
 
 EQUAL_LIMB_TOLERANCE = 0.1
-"""Per cent; limbs that differ by less are of the same person, or of the same skeleton for several people."""
+"""Difference of limb lengths, per cent, below which two recordings are assumed to have the same skeleton.
+
+The recordings are of the same person, or one skeleton was used for several people.
+"""
 
 MAX_LIMB_DIFFERENCE, MAX_POSTURE_DIFFERENCE_MM = 2.0, 18.0
-"""Largest differences of limbs (per cent) and of postures (mm) for a possible copy."""
+"""Largest differences of limb lengths (per cent) and postures (mm) at which two people may be the same."""
 
 
 def remarks(people: Sequence[str], clips: Sequence[str], likenesses: Sequence[Likeness]) -> list[str]:
-    """Return a remark on each recording that may be of a person with another name; empty for the others."""
+    """Return, for each recording, a remark if it may show a person with another name; else an empty string."""
     if not likenesses:
         return []
     limbs, names = np.stack([clip_likeness.limbs_mm for clip_likeness in likenesses]), np.array(list(people))

@@ -1,4 +1,4 @@
-"""Options of clips: steady walking, synthetic people, and the interface of data sets."""
+"""Options of clips: steady walking, synthetic people, and the base class of data sets."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from pipeline.validation import (
 )
 
 Number = Annotated[int, bounded(at_least=1, at_most=10_000)]
-"""Type of the number of synthetic people or clips."""
+"""Type of an option that is the number of synthetic people or clips."""
 Seconds = Annotated[float, bounded(above=0, at_most=3600)]
 FrameRate = Annotated[float, bounded(above=0, at_most=2000)]
-"""Type of a frame rate, Hz."""
+"""Type of an option that is a frame rate, Hz."""
 
 
 class Locomotion(StrEnum):
@@ -41,32 +41,32 @@ class HorizontalPath(StrEnum):
 
 
 class Missing(StrEnum):
-    """Treatment of joints without markers."""
+    """Treatment of joints that were not measured."""
 
     estimate = "estimate"
-    """Missing joints are estimated from the others, flagged, and excluded from errors."""
+    """Missing joints are estimated from the measured joints, flagged, and excluded from errors."""
     drop = "drop"
-    """Joints missing in any walk are left out for all walkers."""
+    """A joint that is missing in any walk is left out of all walks."""
 
 
 class Skeleton(Options):
-    """Options of the mapping from points of the user's files to joints."""
+    """Options of the mapping from the points in a user's files to joints."""
 
     mapping: str = "walker15"  # a shipped mapping, auto, or a file.yaml
     missing: Missing = Missing.estimate
 
 
 class Heading(StrEnum):
-    """Direction of a walk that becomes +y."""
+    """Definition of the walking direction, which becomes +y."""
 
     steps = "steps"
-    """Direction of the steps: the main horizontal axis of the left minus the right ankle."""
+    """Direction of the steps: the main horizontal axis of the vector from the right to the left ankle."""
     path = "path"
-    """Direction of the path; on a treadmill, the direction that the hips face."""
+    """Direction of the path; for a walk on a treadmill, the direction that the hips face."""
 
 
 class SyntheticPerformances(Options):
-    """Options of bending to the floor, with a known rate for each performance [mozerov2006 section 4]."""
+    """Options of synthetic bending to the floor, with a known rate of each performance [mozerov2006 section 4]."""
 
     performances: Number = 40  # number of performances
     subjects: Number = 20  # number of people
@@ -88,7 +88,7 @@ class SyntheticClips(Options):
 
 
 class Steady(Options):
-    """Criteria of steady walking, and of a usable Fourier series."""
+    """Criteria of steady walking, and of a walk that a Fourier series describes well."""
 
     locomotion: Locomotion = Locomotion.auto
     path: HorizontalPath = HorizontalPath.cubic
@@ -105,14 +105,14 @@ class Steady(Options):
 
 
 class Data(Options, ABC):
-    """Options and interface of a data set."""
+    """Base class of the options of a data set."""
 
     knows_true_course: ClassVar[bool] = False
     """True if the true phase of the performances is known."""
     of_user: ClassVar[bool] = False
-    """True for the user's own files, whose figures leave out the marks of the paper by default."""
+    """True for the user's own files; their figures omit the values published in the paper by default."""
     credit: ClassVar[str] = ""
-    """Source and licence, repeated in captions if the data require it."""
+    """Source and licence; captions repeat the text if the data require it."""
     in_light_archives: ClassVar[bool] = True
     """True if the licence allows figures of the data in light archives."""
 
@@ -124,11 +124,11 @@ class Data(Options, ABC):
         require_bounds("data", self)
 
     def require(self, corpus: Corpus) -> None:
-        """Raise InvalidInput, with ``data`` as its `where`, if this data set has no clips of this kind."""
+        """Raise InvalidInput, with ``data`` as location, if this data set has no clips of this kind."""
 
     @abstractmethod
     def request(self, corpus: Corpus, skeleton: Skeleton, seed: int, workers: int) -> Request:
-        """Return the request for the clips of a kind.
+        """Return the request for clips of one kind.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Selection of the usable part of a clip, and the report on kept and rejected clips."""
+"""Selection of the usable part of a clip, and report on used and rejected clips."""
 
 from __future__ import annotations
 
@@ -16,7 +16,10 @@ from pipeline.skeleton.source_mapping import UpAxis
 from pipeline.validation import InvalidInput
 
 MIN_MOTION_MM = 10.0
-"""Smallest rms motion about the pelvis of the joint that moves most; a person who stands still sways less."""
+"""Smallest rms motion, relative to the pelvis, of the joint that moves most.
+
+A person who stands still sways less than this.
+"""
 
 MAX_SPEED_M_S = 20.0
 """Largest speed of the pelvis; sprinters reach 12 m/s."""
@@ -24,7 +27,7 @@ MAX_SPEED_M_S = 20.0
 
 @dataclass(frozen=True)
 class RawClip:
-    """Clip before its usable part is selected.
+    """Clip whose usable part has not been selected yet.
 
     Attributes
     ----------
@@ -74,7 +77,7 @@ class PreparedClip:
 
 
 def report_row(columns: Sequence[str], **values: Any) -> dict[str, Any]:
-    """Return a row of the report with the given values, and empty strings in all other columns.
+    """Return a row of the report with the given values, and an empty string in every other column.
 
     ``code`` and ``values`` of the error or remark are added for other code; they are not columns of the table.
     """
@@ -82,7 +85,7 @@ def report_row(columns: Sequence[str], **values: Any) -> dict[str, Any]:
 
 
 def refused(row: dict[str, Any], refusal: InvalidInput, reason: str = "") -> PreparedClip:
-    """Return a rejected clip: its row with the message or `reason`, the code, and the values that can be stored."""
+    """Return a rejected clip; its row contains `reason` or the error's message, the code and the storable values."""
     values = {name: value for name, value in refusal.values.items() if _is_plain(value)}
     reason = reason or str(refusal)
     return PreparedClip(
@@ -118,7 +121,7 @@ def prepare(
     *,
     may_lack_joints: bool = False,
 ) -> PreparedClip:
-    """Check the body of a clip, bridge its gaps of at most `gap_s` seconds, and select its usable part.
+    """Check the body of a clip, fill gaps of at most `gap_s` seconds, and select the usable part of the clip.
 
     Parameters
     ----------
@@ -189,7 +192,7 @@ def collect(
     *,
     at_least: int = 1,
 ) -> dict[str, Any]:
-    """Collect prepared clips as the fields of `Clips`.
+    """Return the fields of `Clips`, collected from prepared clips.
 
     Parameters
     ----------

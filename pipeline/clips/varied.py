@@ -23,7 +23,7 @@ REPORT_COLUMNS = (
 )  # fmt: skip
 
 MIN_FRAMES = 8
-"""Smallest number of frames in a clip."""
+"""Smallest number of frames of a clip of varied motion."""
 
 SYNTHETIC_KINDS = ("walking", "bending", "smooth angles")
 
@@ -51,7 +51,7 @@ def synthetic_clips(options: SyntheticClips, seed: int) -> VariedClips:
 def _bodies(
     counts: Mapping[str, int], options: SyntheticClips, generator: np.random.Generator
 ) -> dict[str, list[np.ndarray]]:
-    """Return motions (T, 15, 3), mm, of each kind, by the number of each."""
+    """Return motions (T, 15, 3), mm, for each kind; `counts` states the number of motions of each kind."""
     frames = round(options.seconds * options.frame_rate_hz) + 1
     walking: list[np.ndarray] = []
     bending: list[np.ndarray] = []
@@ -81,7 +81,7 @@ def _bodies(
 
 
 def longest_stretch(raw: RawClip, gap_s: float = 0.0) -> PreparedClip:
-    """Return the longest stretch of a clip with all joints, or a rejected clip."""
+    """Return the longest stretch of a clip in which all joints are measured, or a rejected clip."""
 
     def select(bridged: BridgedClip, row: dict[str, Any]) -> np.ndarray:
         first, stop = longest_run(bridged.whole)
@@ -103,6 +103,6 @@ def longest_stretch(raw: RawClip, gap_s: float = 0.0) -> PreparedClip:
 
 
 def varied_of(prepared: list[PreparedClip], inputs: Mapping[str, str] | None = None) -> VariedClips:
-    """Return the usable clips; `inputs` as in `collect`."""
+    """Return the usable clips of varied motion; `inputs` is the same as for `collect`."""
     action = np.array([clip.row["action"] for clip in prepared if clip.positions is not None])
     return VariedClips(**collect(prepared, REPORT_COLUMNS, inputs), action=action)

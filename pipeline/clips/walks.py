@@ -1,4 +1,4 @@
-"""Steady walks as treadmill equivalents, recorded or of the synthetic population."""
+"""Steady walks, converted to treadmill walking: recorded walks, or walks of the synthetic population."""
 
 from __future__ import annotations
 
@@ -29,18 +29,21 @@ REPORT_COLUMNS = (
 )  # fmt: skip
 
 MAX_SLOPE, MAX_STEP_MM = 0.1, 150.0
-"""Largest rise of the pelvis: share of the path length, plus a constant; steep ramps and stairs exceed it."""
+"""Largest rise of the pelvis: a fraction of the path length plus a constant.
+
+Steep ramps and stairs exceed it.
+"""
 MAX_LEVEL_SLOPE = 0.025
-"""Largest slope of a level floor; the axes of laboratories such as CMU are tilted by up to 2.2 %."""
+"""Largest slope of a floor that counts as level; laboratory axes, such as those of CMU, are tilted by up to 2.2 %."""
 
 MIN_BAD_JOINT_SHARE = 0.4
-"""Smallest share of the residual of two harmonics in a badly tracked joint."""
+"""Smallest share of a walk's residual (after two harmonics) in a joint that counts as badly tracked."""
 
 FAR_FREQUENCY = "far_frequency"
-"""Code of the error or remark on a walk with a frequency far from the others'."""
+"""Code of the error or remark on a walk whose frequency is far from the frequencies of the other walks."""
 
 MAX_EQUAL_FIT_RATIO = 1.5
-"""Largest ratio of the residuals of two frequencies that describe a walk equally well."""
+"""Largest ratio of the residuals at two frequencies if both frequencies describe a walk equally well."""
 
 
 def synthetic_walks(options: SyntheticPeople, seed: int, workers: int) -> Walks:
@@ -90,13 +93,16 @@ def walk_in(
     up: UpAxis = UpAxis.auto,
     **options: Any,
 ) -> PreparedClip:
-    """Return the steady part of joints (T, 15, 3) of a recording, or a rejected clip, by options of `Steady`."""
+    """Return the steady part of a recording with joints (T, 15, 3), mm, or a rejected clip.
+
+    `options` are the options of `Steady`.
+    """
     raw = RawClip(report_row(REPORT_COLUMNS, clip=name), positions, frame_rate_hz, valid, up=up)
     return steady_walk(raw, Steady(**options))
 
 
 def steady_walk(raw: RawClip, steady: Steady) -> PreparedClip:
-    """Return the steady part of a clip as a treadmill equivalent, or a rejected clip."""
+    """Return the steady part of a clip, converted to treadmill walking, or a rejected clip."""
 
     def select(bridged: BridgedClip, row: dict[str, Any]) -> np.ndarray:
         return _steady_part(bridged, row, raw.frame_rate_hz, steady)
@@ -107,7 +113,7 @@ def steady_walk(raw: RawClip, steady: Steady) -> PreparedClip:
 def _steady_part(
     bridged: BridgedClip, row: dict[str, Any], frame_rate_hz: float, steady: Steady
 ) -> np.ndarray:
-    """Return the treadmill equivalent (T, 15, 3), mm, of the steady stretch; its figures are added to `row`.
+    """Return the steady stretch, converted to treadmill walking (T, 15, 3), mm, and add its properties to `row`.
 
     Joints that are missing in all frames are estimated by `complete`.
     """
@@ -177,7 +183,10 @@ def _steady_part(
 
 
 def _require_periodic(row: Mapping[str, Any], steady: Steady, worst: str) -> None:
-    """Raise InvalidInput, with the overrides that accept the walk, unless two harmonics describe it well enough."""
+    """Raise InvalidInput unless two harmonics describe a walk well enough.
+
+    The message states the overrides with which the walk is accepted.
+    """
     share, min_share = row["fundamental_share"], steady.fundamental_share
     residual, max_residual = row["residual_share"], steady.residual_share
     overrides = (
@@ -208,7 +217,7 @@ def _require_periodic(row: Mapping[str, Any], steady: Steady, worst: str) -> Non
 def _completed(
     level: np.ndarray, row: dict[str, Any], frame_rate_hz: float, residual_share: float
 ) -> tuple[np.ndarray, fourier.FourierRepresentation, str]:
-    """Return a walk with estimated missing joints, its series, and a phrase on the joint with the largest residual.
+    """Return a walk with its missing joints estimated, its Fourier series, and a phrase on the worst joint.
 
     While the residual is above `residual_share`, a joint above the legs with `MIN_BAD_JOINT_SHARE` of it counts as
     missing, and gets a remark in `row`.
@@ -237,7 +246,7 @@ def _completed(
 def compared(
     walks: Sequence[PreparedClip], ratio: float, complete_walk: Callable[[int], PreparedClip] | None = None
 ) -> list[PreparedClip]:
-    """Reject walks with half or double the true frequency.
+    """Reject each walk whose estimated frequency is probably half or double the true frequency.
 
     People of different size are compared at equal Froude number: frequency times the root of leg length.  If a walk
     differs from the population's median by more than a factor of `ratio`, its double or half frequency is fitted,
@@ -282,7 +291,7 @@ def compared(
 
 
 def walks_of(walks: Sequence[PreparedClip], inputs: Mapping[str, str] | None = None) -> Walks:
-    """Return the usable walks; `inputs` as in `collect`."""
+    """Return the usable walks; `inputs` is the same as for `collect`."""
     fields = collect(walks, REPORT_COLUMNS, inputs)
     usable = [walk for walk in walks if walk.positions is not None]
     return Walks(

@@ -1,4 +1,4 @@
-"""Download of the public recordings from a table of addresses, with sha256 verification."""
+"""Download of the public recordings in a table of addresses, with verification by sha256."""
 
 from pipeline.fetch.sources import (
     NEEDED_COLUMNS,

@@ -1,4 +1,4 @@
-"""Download of the recordings in a table of addresses.
+"""Download of the recordings that a table of addresses lists.
 
 Each file of ``data/sources.csv`` is copied from a mirror (a folder), or downloaded from its address or its origin, in
 this order.
@@ -20,11 +20,11 @@ from pipeline.reading import read_file
 from pipeline.validation import InvalidInput, is_relative
 
 NEEDED_COLUMNS = ("path", "source", "bytes", "sha256", "address", "origin")
-"""Required columns of the table."""
+"""Columns that a table of addresses must have."""
 
 
 def open_http(request: urllib.request.Request, *, timeout: float) -> Any:
-    """Return the response to a request over http(s); redirections to other protocols are not followed."""
+    """Return the response to an HTTP or HTTPS request; redirections to other protocols are not followed."""
     director = urllib.request.OpenerDirector()
     for handler in (
         urllib.request.ProxyHandler(),
@@ -48,7 +48,7 @@ def fetch(
     opener: Callable[..., Any] = open_http,
     progress: Callable[[Progress], None] = lambda _: None,
 ) -> FetchReport:
-    """Download the missing files of the table, and return the result for each file.
+    """Download the missing files of a table of addresses, and report the result for each file.
 
     There is one connection at a time.  Existing files are verified by their sha256.  An interrupted run is resumed by
     the next run.
@@ -81,7 +81,7 @@ def fetch(
 
 
 def resolve(row: Mapping[str, str], *, raw: Path, mirror: Sequence[Path] = ()) -> Path | None:
-    """Return the path of a recording in `raw` or in a mirror; None if it is in neither.
+    """Return the path of a recording in `raw` or in a mirror; None if neither contains the recording.
 
     A file with another size than in the table is ignored.  A mirror may be the folder of a single source, for example
     ``shelf/cmu`` for files that are listed as ``cmu/…``.
@@ -99,7 +99,7 @@ def resolve(row: Mapping[str, str], *, raw: Path, mirror: Sequence[Path] = ()) -
 
 
 def read_sources(sources: Path) -> list[dict[str, str]]:
-    """Read and validate the rows of a table of addresses.
+    """Return the rows of a table of addresses, after validation.
 
     Raises
     ------
@@ -149,7 +149,7 @@ def read_sources(sources: Path) -> list[dict[str, str]]:
 
 
 def _check_path(path: str, where: str) -> None:
-    """Raise InvalidInput unless a path is relative and stays inside the folder."""
+    """Raise InvalidInput unless a path is relative and stays inside the data folder."""
     if not is_relative(path) or path.endswith(".part"):
         raise InvalidInput(
             "a path must stay inside the data folder",
@@ -161,7 +161,7 @@ def _check_path(path: str, where: str) -> None:
 
 
 def _selected(rows: list[dict[str, str]], only: Sequence[str] | None) -> list[dict[str, str]]:
-    """Select the rows of the given sources, paths or patterns."""
+    """Return the rows that match any of the given sources, paths or patterns."""
     if only is None:
         return rows
     selected: set[str] = set()

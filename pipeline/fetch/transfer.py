@@ -1,4 +1,4 @@
-"""Transfer of recordings from a mirror, the address or the origin, with sha256 verification.
+"""Transfer of recordings from a mirror or from their addresses, with verification by sha256.
 
 A file is received completely (the largest has some megabytes), written as ``<name>.part``, and renamed.
 """
@@ -23,13 +23,13 @@ from pipeline.validation import InvalidInput
 
 TIMEOUT_S = 30.0
 _MAX_SILENCES = 2
-"""Number of consecutive requests without response after which a host is skipped for the rest of the run."""
+"""Number of consecutive requests without response after which a host is not asked again in this run."""
 _MISSING = "it does not have the file"
 
 
 @dataclass(frozen=True)
 class Progress:
-    """Progress of a transfer.
+    """Progress of the transfer of all files.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class Progress:
 
 @dataclass
 class FetchReport:
-    """Result of a transfer for each file.
+    """Results of a transfer: the files in each category, and reasons for failures.
 
     Attributes
     ----------
@@ -74,7 +74,7 @@ class FetchReport:
 
 
 def mirrored(folder: Path, path: str) -> Path:
-    """Return the path of a file in a mirror, which may also be the folder of the source itself.
+    """Return the path of a file in a mirror; the mirror may also be the folder of the file's source.
 
     Examples
     --------
@@ -88,7 +88,7 @@ def mirrored(folder: Path, path: str) -> Path:
 
 
 class Transfer:
-    """Transfer of the rows of a table; hosts that do not respond are skipped."""
+    """Transfer of the files in the rows of a table; hosts that do not respond are skipped."""
 
     def __init__(
         self,
@@ -104,7 +104,7 @@ class Transfer:
         self.files_done = self.bytes_done = 0
 
     def report(self) -> FetchReport:
-        """Transfer all files, in the order of the table."""
+        """Transfer all files in the order of the table, and return the report."""
         report = FetchReport()
         for row in self.rows:
             outcome, reason = self._get(row)
@@ -119,7 +119,7 @@ class Transfer:
         return report
 
     def _get(self, row: Mapping[str, str]) -> tuple[str, str]:
-        """Transfer a file; return the list of the report for it, and the reason of a failure."""
+        """Transfer a file; return the name of its category in the report, and the reason if it failed."""
         target = self.raw / row["path"]
         with _disk(target):
             if target.is_dir():
@@ -170,7 +170,10 @@ class Transfer:
         return self._ask(row, source, url.netloc)
 
     def _ask(self, row: Mapping[str, str], address: str, host: str, *, again: bool = True) -> bytes:
-        """Send a request and return the complete response; retry once (`again`) if the response is incomplete."""
+        """Send a request and return the complete response.
+
+        If the response is incomplete and `again` is True, the request is repeated once.
+        """
         request = urllib.request.Request(address, headers={"User-Agent": "gait-pipeline"})
         size = int(row["bytes"])
         self.silences[host] += 1
@@ -201,12 +204,12 @@ def _digest(content: bytes) -> str:
 
 
 class _Failed(Exception):
-    """Reason why a mirror or an address does not provide a file."""
+    """Error if a mirror or an address does not provide a file; its message is the reason."""
 
 
 @contextmanager
 def _disk(target: Path) -> Iterator[None]:
-    """Convert a disk error to InvalidInput, which ends the run, unlike a network error."""
+    """Convert a disk error to InvalidInput, which ends the run; network errors do not end it."""
     try:
         yield
     except OSError as error:

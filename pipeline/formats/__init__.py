@@ -40,10 +40,10 @@ READERS: dict[str, Reader] = {
     ".js": fourier_walks.read,
     ".json": fourier_walks.read,
 }
-"""Reader of each suffix, lower case."""
+"""Reader for each file suffix (in lower case)."""
 
 RATE_TOLERANCE = 0.01
-"""Relative difference between the requested frame rate and that of the file, from which a note is added."""
+"""Largest relative difference between the requested frame rate and the file's frame rate without a note."""
 
 ADVICE = {
     ".asf": "this is a skeleton without motion: give the .amc file of its motion",
@@ -81,11 +81,14 @@ ADVICE = {
 
 
 _BIDS_TABLE = re.compile(r"(.*_)?(channels|events|participants|samples|scans|sessions)\.tsv")
-"""Names of BIDS tables that stand next to recordings and are not recordings."""
+"""Pattern of the names of BIDS tables that contain metadata of recordings, not motion."""
 _SCRIPT_BYTES = 100_000
-"""Number of bytes of a script or JSON file that are searched for an average walker; BMWalker.js has 42 kB."""
+"""Number of bytes at the start of a script or JSON file that are searched for an average walker.
+
+BMWalker.js has 42 kB.
+"""
 _WALKER = re.compile(rb"\bmeanwalker\[0\]|\"mean_walker\"")
-"""Name of the array of an average walker."""
+"""Pattern of the array that identifies a file with an average walker."""
 _NUMBERS = re.compile(rb"^.*?([;,\t ]+-?\d[\d.e+-]*){3}", re.MULTILINE | re.IGNORECASE)
 
 

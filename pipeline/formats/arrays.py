@@ -1,4 +1,7 @@
-"""Reader of NumPy files (NPZ, NPY): names, positions and frame rate as arrays.  Code in them is never run."""
+"""Reader of NumPy files (NPZ, NPY): names, positions and frame rate as arrays.
+
+Code in the files is never run.
+"""
 
 from __future__ import annotations
 
@@ -17,10 +20,10 @@ from pipeline.formats.text import millimetres_in
 from pipeline.skeleton.recorded import MotionCapture
 
 _EXPORTED, _AMASS = ("names", "positions_mm"), ("marker_labels", "marker_data")
-"""Arrays of names and positions: as this package exports them, and as in AMASS, in metres."""
+"""Names of the two arrays with point names and positions: in files of this package (mm), and in AMASS (m)."""
 _RATES = ("frame_rate_hz", "mocap_framerate", "mocap_frame_rate")
 _BODY_MODEL = {"poses", "betas", "trans"}
-"""Arrays of body model parameters, in AMASS and similar files."""
+"""Names of arrays that contain the parameters of a body model, in AMASS and similar files."""
 
 
 def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
@@ -90,7 +93,7 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
 def load_npz(
     data: bytes, where: str, selection: Collection[str] | None = None
 ) -> tuple[dict[str, np.ndarray], list[str]]:
-    """Return the selected arrays of an NPZ file (default: all), and the names of all its arrays.
+    """Return the selected arrays of an NPZ file (default: all arrays), and the names of all its arrays.
 
     Raises
     ------
@@ -114,7 +117,7 @@ def load_npz(
 
 
 def load_npy(path: Path) -> np.ndarray:
-    """Return the array of an NPY file.  Raises as `load_npz`."""
+    """Return the array of an NPY file.  Raises the same exceptions as `load_npz`."""
     data = read_bytes(path)
     require_memory(memory_of(data), path.name)
     return _array(data)
@@ -125,7 +128,7 @@ def _array(data: bytes) -> np.ndarray:
 
 
 def memory_of(data: bytes) -> int:
-    """Memory in bytes for an array and its copies as numbers, estimated from the header of its file."""
+    """Return the memory, bytes, for an array and its numeric copies, estimated from the header of the array's file."""
     stream = io.BytesIO(data)
     major, _ = np.lib.format.read_magic(stream)
     shape, _, dtype = getattr(np.lib.format, f"read_array_header_{major}_0")(stream)

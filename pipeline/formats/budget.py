@@ -1,4 +1,4 @@
-"""Memory budget for reading one file, and conversion of any error of a reader to `InvalidInput`.
+"""Memory budget for reading one file, and conversion of a reader's errors to `InvalidInput`.
 
 The budget is 64 times the bytes read, and at most 1 GiB.  Readers call `require_memory` before they allocate arrays.
 Memory in proportion to the text of a file needs no check.  The same budget bounds the run time, because reading is a
@@ -16,9 +16,9 @@ from pipeline.reading import fault_of
 from pipeline.validation import InvalidInput
 
 PER_BYTE, MIN_BYTES, MAX_BYTES = 64, 2**20, 2**30
-"""Bytes of memory per byte read, and the smallest and largest budget of a clip."""
+"""Memory budget of a clip: bytes of memory per byte read, and the smallest and largest budget in bytes."""
 POINT = 128
-"""Bytes of memory of a point in a frame: three or four numbers and their copies in a reader."""
+"""Bytes of memory for each point in each frame: three or four numbers, and their copies in a reader."""
 
 _read: ContextVar[list[int] | None] = ContextVar("sizes of the files read of the clip", default=None)
 
@@ -26,7 +26,7 @@ Content = TypeVar("Content")
 
 
 def read_one(path: Path, reader: Callable[..., Content], **options: object) -> Content:
-    """Read one file or folder within a memory budget: motion, keypoints or a model.
+    """Read one file or folder (motion, keypoints or a model) within a memory budget.
 
     Parameters
     ----------
@@ -58,7 +58,10 @@ def read_one(path: Path, reader: Callable[..., Content], **options: object) -> C
 
 
 def count_bytes(size: int, where: str) -> None:
-    """Add the size of a file to the bytes read for the clip.  Raises InvalidInput above half the largest budget."""
+    """Add the size of a file to the number of bytes read for the clip.
+
+    Raises InvalidInput if the file is larger than half the largest budget.
+    """
     if size > MAX_BYTES // 2:
         raise InvalidInput(
             "the file is too large",
@@ -78,7 +81,10 @@ def require_memory(
     what: str = "the file needs too much memory",
     code: str = "too_much_memory",
 ) -> None:
-    """Raise InvalidInput if a clip needs more bytes than its budget; `what` and `code` describe the error."""
+    """Raise InvalidInput if a clip needs more memory, bytes, than its budget.
+
+    `what` and `code` are the message and the code of the error.
+    """
     sizes = _read.get()
     budget = MAX_BYTES if sizes is None else min(max(PER_BYTE * sum(sizes), MIN_BYTES), MAX_BYTES)
     if needed > budget:

@@ -15,14 +15,14 @@ from pipeline.skeleton.recorded import MotionCapture
 from pipeline.validation import InvalidInput, harmless, listed
 
 LARGEST = 1e9
-"""Largest length (mm) or angle that is read; larger values in a damaged file would overflow later."""
+"""Largest length (mm) or angle that is read; larger values in a damaged file would overflow in computations."""
 
 MAX_JOINTS = 2000
-"""Largest number of joints in a hierarchy; bodies with all fingers and hair have a few hundred."""
+"""Largest number of joints in a hierarchy; bodies with all fingers and hair have a few hundred joints."""
 
 
 MIN_LEAP, MIN_DISTANCE = 0.2, 1.5
-"""Smallest distances of a placeholder from the neighbouring samples of its point, and from the centre of the body.
+"""Smallest distances at which a placeholder is recognised: from the point's neighbouring samples and from the body.
 
 A sample that is farther is missing.  The unit is the spread of the body: the root mean square distance of its points
 from their centre, about 500 mm."""
@@ -37,7 +37,7 @@ class Reader(Protocol):
 
 
 damaged = InvalidInput
-"""Error for a file that cannot be used: what is wrong, where, what was expected, what was found.
+"""Error for a file that cannot be used: the fault, its location, the expected and the received value.
 
 >>> print(damaged("a frame has a wrong number of values", "a.bvh, line 35", 10, 9))
 a.bvh, line 35: a frame has a wrong number of values (expected 10, found 9)
@@ -76,7 +76,7 @@ _OTHER_CONTENT = {
     b"<!doctype html": ("web_page", _PAGE),
     b"<html": ("web_page", _PAGE),
 }
-"""Error code and message for files with another content than their names suggest, by the first bytes."""
+"""First bytes of files whose content contradicts their suffix, with error code and message."""
 
 
 def require_joints(count: int, where: str) -> None:
@@ -93,7 +93,7 @@ def require_joints(count: int, where: str) -> None:
 
 
 def compare_frames(declared: float, count: int, notes: list[str]) -> None:
-    """Add a note if a file has another number of frames than it declares; it may be truncated.
+    """Add a note if the number of frames in a file differs from the declared number; the file may be truncated.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ def motion_capture(
     of_angles: bool = False,
     units_assumed: bool = False,
 ) -> MotionCapture:
-    """Build the result of a reader; samples with a coordinate that is not finite become NaN.
+    """Build the result of a reader; samples with a non-finite coordinate become NaN.
 
     Parameters
     ----------
@@ -167,7 +167,7 @@ def motion_capture(
 
 
 def leave_out_placeholders(positions: np.ndarray, notes: list[str], millimetres: float = 1.0) -> None:
-    """Set placeholders of missing samples (T, P, 3) to NaN, in place.
+    """Replace the placeholders of missing samples in positions (T, P, 3) by NaN, in place.
 
     A placeholder has the same number in all three coordinates, such as 0, 999, -9999 or 1e6.  It counts as missing if
     the point leaps there from its neighbouring samples.  A point that stays at one number throughout counts as missing
@@ -205,7 +205,7 @@ def leave_out_placeholders(positions: np.ndarray, notes: list[str], millimetres:
 
 
 def _number_repeated_names(names: list[str], positions_mm: np.ndarray, notes: list[str]) -> None:
-    """Number repeated names of different points, such as medial markers of a standing trial: ``LKNE``, ``LKNE_2``.
+    """Number repeated names of different points, e.g. medial markers: the second ``LKNE`` becomes ``LKNE_2``.
 
     Names stay equal if most are repeated, because they belong to two people, or if the points coincide.
     """

@@ -17,9 +17,9 @@ from pipeline.formats.contract import damaged
 from pipeline.validation import InvalidInput, listed
 
 _TYPES = "0bBhHiIf0d00qQ0BBH"
-"""NumPy type of the numbers in an element, by its kind; the last three are compressed, UTF-8 and UTF-16."""
+"""NumPy type of the numbers in an element, by kind of element; the last three are compressed, UTF-8 and UTF-16."""
 _TOOLBOX = {"freq", "markerName", "data"}
-"""Fields of a struct of the MoCap Toolbox with markers in the columns of ``data``."""
+"""Fields by which a struct of the MoCap Toolbox is recognised; ``data`` has the markers in its columns."""
 _RATES = {
     "rate",
     "freq",
@@ -31,13 +31,15 @@ _RATES = {
     "fs",
     "samplingfrequency",
 }
-"""Names of a frame rate next to the matrices of markers, lower case."""
+"""Possible names, in lower case, of a frame rate that is stored next to matrices of markers."""
 MIN_MARKERS = 3
-"""Smallest number of matrices of equal length that are taken for markers."""
+"""Smallest number of matrices of equal length that are interpreted as markers."""
 
 
 def load_mat(data: bytes, where: str, *_: object) -> tuple[dict[str, np.ndarray], list[str]]:
-    """Read markers as the arrays of an exported NPZ file, or of AMASS if the unit is unknown; return also their names.
+    """Read markers as the arrays of an NPZ file, and return these arrays and their names.
+
+    The arrays are named as in exported files, or as in AMASS if the unit of length is unknown.
 
     Several structs of the MoCap Toolbox are several people.  Without markers, the segments of Qualisys' skeletons are
     returned; their names begin with the skeleton's name and a colon.
@@ -55,7 +57,10 @@ def load_mat(data: bytes, where: str, *_: object) -> tuple[dict[str, np.ndarray]
 
 
 def _qualisys(data: bytes, where: str) -> dict[str, np.ndarray]:
-    """Read the only trial of a file; raise ValueError and others if the content is different."""
+    """Return the arrays of a file of Qualisys that contains one trial.
+
+    If the content is different, raises ValueError, AttributeError, LookupError or TypeError.
+    """
     (trial,) = _values(memoryview(data)[128:])
     if isinstance(trial, np.ndarray):
         # Compressed motion takes more than half its size, but the zeros of a force plate take much less.
@@ -80,7 +85,7 @@ def _qualisys(data: bytes, where: str) -> dict[str, np.ndarray]:
 
 
 def _markers(data: bytes, where: str) -> dict[str, np.ndarray]:
-    """Read structs of the MoCap Toolbox, or matrices (T, 3), (3, T) or (4, T), one for each marker."""
+    """Return the arrays of MoCap Toolbox structs, or of matrices (T, 3), (3, T) or (4, T) for single markers."""
     variables = _variables(data, where)
     structs = {
         name: value[0]
@@ -120,7 +125,10 @@ def _markers(data: bytes, where: str) -> dict[str, np.ndarray]:
 
 
 def _of_toolbox(takes: dict[str, Any], where: str) -> dict[str, np.ndarray]:
-    """Combine structs; with several, the names of markers begin with the struct's name and a colon."""
+    """Combine the structs of a file.
+
+    If there are several, each marker name begins with the struct's name and a colon.
+    """
     rates = {float(_numbers(take["freq"]).item()) for take in takes.values()}
     if len(rates) > 1:
         raise damaged(
@@ -141,13 +149,13 @@ def _of_toolbox(takes: dict[str, Any], where: str) -> dict[str, np.ndarray]:
 def _of_unknown_unit(
     names: list[str], positions: np.ndarray, rates: list[np.ndarray]
 ) -> dict[str, np.ndarray]:
-    """Return the arrays as in AMASS, whose unit is inferred from the length of the legs."""
+    """Return the arrays under the names of AMASS; the reader infers their unit from the length of the legs."""
     arrays = {"marker_labels": np.array(names), "marker_data": positions}
     return arrays | ({"mocap_framerate": rates[0]} if rates else {})
 
 
 def load_matrices(data: bytes, where: str) -> dict[str, np.ndarray]:
-    """Read the matrices of numbers in a MAT file, by name; other variables are left out.
+    """Return the numeric matrices in a MAT file by name, and ignore other variables.
 
     Raises
     ------
@@ -158,7 +166,7 @@ def load_matrices(data: bytes, where: str) -> dict[str, np.ndarray]:
 
 
 def _variables(data: bytes, where: str) -> dict[str, Any]:
-    """Read the variables of a MAT file by name: matrices of numbers, and the elements of others."""
+    """Return the variables of a MAT file by name: numeric matrices as arrays, other variables as elements."""
     variables: dict[str, Any] = {}
     rest = memoryview(data)[128:]
     try:
@@ -185,24 +193,24 @@ def _variables(data: bytes, where: str) -> dict[str, Any]:
 
 
 def _numbers(parts: Any) -> Any:
-    """Matrix of numbers of its elements; None for other content, or a matrix that was cut as it was unpacked."""
+    """Return the numeric matrix that elements describe; None for other content or a truncated matrix."""
     if len(parts) == 4 and isinstance(parts[3], np.ndarray) and 6 <= parts[0][0] & 255 <= 15:
         return np.asarray(parts[3]).reshape(parts[1][::-1]).T if parts[3].size == np.prod(parts[1]) else None
     return None
 
 
 def _name(matrix: Any) -> str:
-    """Name of a variable, from its elements."""
+    """Return the name of a variable from the variable's elements."""
     return str(matrix[2].tobytes().decode("ascii"))
 
 
 def _text(matrix: Any) -> str:
-    """Text of a matrix, from its elements flags, shape, name and content."""
+    """Return the text of a character matrix from its elements: flags, shape, name and content."""
     return str(matrix[3].tobytes().decode(f"utf-{8 * matrix[3].itemsize}"))
 
 
 def _array(matrix: Any) -> np.ndarray:
-    """Numbers of a matrix, as an array (frames, columns, rows)."""
+    """Return the numbers of a matrix as an array (frames, columns, rows)."""
     return np.asarray(matrix[3]).reshape(-1, *matrix[1][1::-1])
 
 

@@ -1,4 +1,4 @@
-"""Reader of MVNX files of Xsens MVN: positions of segment origins, in metres, z up."""
+"""Reader of MVNX files, written by Xsens MVN: positions of segment origins, in metres, z up."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pipeline.skeleton.recorded import MotionCapture
 
 
 def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
-    """Read the positions of segment origins from an MVNX file, in the file's axes.
+    """Read the positions of the segment origins from an MVNX file, in the file's axes.
 
     Parameters
     ----------
@@ -76,7 +76,10 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
 def _subject(
     element: ElementTree.Element, unlabelled: str, where: str
 ) -> tuple[str, float, list[str], np.ndarray]:
-    """Label, frame rate, segments and positions (T, S, 3) of a person, from normal frames only (no calibration)."""
+    """Return label, frame rate, segment names and positions (T, S, 3) of a person.
+
+    Calibration frames are left out.
+    """
     segments = enumerate(_all(element, "segment"), start=1)
     names = [segment.get("label") or f"segment_{k}" for k, segment in segments]
     frames = [frame for frame in _all(element, "frame") if frame.get("type", "normal") == "normal"]
@@ -139,7 +142,7 @@ def _root(data: bytes, where: str) -> ElementTree.Element:
 
 
 def _tag(element: ElementTree.Element) -> str:
-    """Name of an element without its namespace, in lower case."""
+    """Return the name of an XML element without its namespace, in lower case."""
     return element.tag.rpartition("}")[2].lower()
 
 

@@ -15,7 +15,7 @@ from pipeline.skeleton.recorded import MILLIMETRES
 
 
 def read_text(path: Path) -> tuple[str, list[str]]:
-    r"""Read the text of a file in UTF-8, UTF-16, Shift-JIS or Latin-1, with ``\n`` as line end.
+    r"""Read the text of a file in UTF-8, UTF-16, Shift-JIS or Latin-1; line ends become ``\n``.
 
     Returns
     -------
@@ -57,13 +57,13 @@ def read_text(path: Path) -> tuple[str, list[str]]:
 
 
 _WORDS = bytes(32 if byte in b" \t\n\r,;:[{" else 120 for byte in range(256))
-"""Translation table: bytes that separate words become blanks, all others become x."""
+"""Translation table: bytes that separate words become blanks, all other bytes become x."""
 _TEXT, _WORD = 4, 100
-"""Bytes of memory per byte of text with its copies, and per word as a string and as a number."""
+"""Bytes of memory per byte of text including its copies, and per word as a string and as a number."""
 
 
 def number(word: str) -> float:
-    """Parse a word as a number; infinite if the word is not a number.
+    """Parse a word as a number; return infinity if the word is not a number.
 
     Examples
     --------
@@ -136,7 +136,7 @@ def read_vector(words: Sequence[str], count: int, where: str) -> np.ndarray:
 
 
 def unit_of(words: str) -> str:
-    """Short name of a unit of length; other words are returned in lower case.
+    """Return the abbreviation of a unit of length; other words are returned in lower case.
 
     Examples
     --------
@@ -160,11 +160,11 @@ _NAMES = {
 
 
 LENGTHS = "|".join((*MILLIMETRES, *(f"{name.replace('ter', 't(?:er|re)')}s?" for name in _NAMES)))
-"""Regular expression for the names of units of length."""
+"""Regular expression that matches the names of units of length."""
 
 
 def millimetres_in(units: str, where: str) -> float:
-    """Size in millimetres of a unit of length such as ``cm`` or ``in/0.45``.
+    """Return the size in millimetres of a unit of length such as ``cm`` or ``in/0.45``.
 
     Raises
     ------

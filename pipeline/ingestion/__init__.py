@@ -1,1 +1,1 @@
-"""Data sets and their recordings, read by formats, mappings and fetch."""
+"""Data sets and the recordings in them, based on formats, mappings and fetch."""

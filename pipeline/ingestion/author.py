@@ -1,4 +1,4 @@
-"""Data set of the second author's laboratory: average walker, walkers along its axes, mean woman and man.
+"""Data set of the BioMotion Lab: average walker, walkers along its attribute axes, mean woman and mean man.
 
 The walkers are averages of many people, and no person can be held out of an average.  Figures that learn from people
 therefore reject this data set.  The files are listed in ``data/sources.csv``, like all recordings, and are never
@@ -28,19 +28,22 @@ from pipeline.validation import CountOrAll, InvalidInput, bounded
 SOURCE = "author"
 """Name of the source in reports."""
 AVERAGE = ("author/bmwalker.js", "author/bmwalker.json")
-"""Listed files with the average walker; both have the same numbers, and the first available one is read."""
+"""Paths, in the table of files, of the average walker; both files contain the same numbers.
+
+The first available file is read.
+"""
 MEANS = ("author/walkers.mat",)
-"""Listed file with the mean woman and the mean man."""
+"""Path, in the table of files, of the mean woman and the mean man."""
 MEAN_PEOPLE = {"F": "mean_woman", "M": "mean_man"}
-"""Names of the mean people, by the names of their matrices."""
+"""Name of each mean person, by the name of the matrix in the file."""
 
 RATE_HZ, SECONDS = 120.0, 6.8
-"""Frame rate (Hz) and duration (s) of the clips; the duration is that of synthetic clips."""
+"""Frame rate (Hz) and duration (s) of the clips; the duration is the same as for synthetic clips."""
 
 
 @dataclass(frozen=True)
 class ListedFile:
-    """Listed file that is available on this machine.
+    """File of the table of recordings that is available on this machine.
 
     Attributes
     ----------
@@ -57,7 +60,7 @@ class ListedFile:
 def find(
     paths: Sequence[str], *, table: str = "data/sources.csv", raw: str = "data/raw", mirror: str = ""
 ) -> ListedFile:
-    """Return the first available file among listed paths, after sha256 verification.
+    """Return the first of the given files that is available, after verifying its sha256.
 
     Parameters
     ----------
@@ -95,13 +98,13 @@ def find(
 
 
 def find_here(paths: Sequence[str], data: object) -> ListedFile:
-    """Return the first available file as `find` does, with the folders of a data set if it has such options."""
+    """Return the first available file, found by `find` in the folders of a data set if it has such options."""
     named = {name: getattr(data, name) for name in ("raw", "mirror") if getattr(data, name, "")}
     return find(paths, **{"mirror": os.environ.get("MOCAP_MIRROR", ""), **named})
 
 
 class AuthorData(Data):
-    """Data set of averages of many people, published by the second author's laboratory."""
+    """Data set of walkers that are averages over many people, published by the BioMotion Lab."""
 
     in_light_archives: ClassVar[bool] = False
     credit: ClassVar[str] = (
@@ -117,7 +120,7 @@ class AuthorData(Data):
     limit: CountOrAll = 0  # largest number of clips; 0: all
 
     def require(self, corpus: Corpus) -> None:
-        """Raise InvalidInput for figures that learn from people or compare them."""
+        """Raise InvalidInput for figures that learn from people or compare people."""
         if corpus is not VARIED:
             raise InvalidInput(
                 f"this figure needs {corpus.words} of several people, but the data set {self.name} has averages of many"
@@ -129,7 +132,7 @@ class AuthorData(Data):
             )
 
     def request(self, corpus: Corpus, skeleton: Skeleton, seed: int, workers: int) -> Request:
-        """Return the request for clips of the walkers."""
+        """Return the request for clips of the average walkers."""
         self.require(corpus)
         where = {"table": self.table, "raw": self.raw, "mirror": self.mirror}
         average, means = find(AVERAGE, **where), find(MEANS, **where)
@@ -155,7 +158,7 @@ class AuthorData(Data):
 def walkers(
     average: AverageWalker, means: Mapping[str, FourierWalk], axis_value: float
 ) -> dict[str, FourierWalk]:
-    """Return the average walker, the mean woman, the mean man, and two walkers along each axis, by name."""
+    """Return walks by name: the average walker, the mean woman, the mean man, and two walkers along each axis."""
     walks = {"average": average.at()}
     walks |= {MEAN_PEOPLE[name]: walk for name, walk in means.items() if name in MEAN_PEOPLE}
     for axis in average.axes:
@@ -165,7 +168,7 @@ def walkers(
 
 
 def clips(walks: Mapping[str, FourierWalk], digests: Mapping[str, str]) -> VariedClips:
-    """Return clips of walkers on a treadmill, forwards along +y; `digests` are those of their files."""
+    """Return clips of walkers on a treadmill who face +y; `digests` has the digest of each walker's file."""
     times = np.arange(round(SECONDS * RATE_HZ) + 1) / RATE_HZ
     prepared = []
     for name, walk in walks.items():

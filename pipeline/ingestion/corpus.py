@@ -1,4 +1,4 @@
-"""Recordings of a data set, from the table of public recordings or from the user's folder."""
+"""Recordings of a data set, from the table of public recordings or from a user's folder."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from pipeline.skeleton.source_mapping import SourceMapping, UpAxis
 from pipeline.validation import InvalidInput
 
 MAX_STATIC_CANDIDATES = 10
-"""Largest number of other recordings of a person that are searched for a static trial, if no name suggests one."""
+"""Largest number of a person's other recordings that are tried as static trial if no file name suggests one."""
 
 _STATIC = re.compile(
     r"static|standing|calib|(?<![a-z])(stand|stat|cal|neutral|[tna][-_ ]?pose)(?![a-z])", re.IGNORECASE
 )
-"""Words in the name of a static trial."""
+"""Pattern of words in a file name that suggest a static trial."""
 
 _NO_FAULT = Remark("")
 _UNPRINTABLE = Remark("the file name contains unprintable characters: rename the file", "unprintable_name")
@@ -77,7 +77,7 @@ class Clip:
 
     @property
     def identity(self) -> dict[str, Any]:
-        """Values that identify this clip in the cache; the folder of the file is not one of them."""
+        """Values that identify this clip in the cache; they do not include the folder of the file."""
         mapping = self.mapping or mappings.shipped()
         return {
             **asdict(self),
@@ -89,7 +89,7 @@ class Clip:
 
 @dataclass(frozen=True)
 class Listing:
-    """Table of public recordings, and the folders with their files.
+    """Table of public recordings, and the folders that may contain the files.
 
     Attributes
     ----------
@@ -113,18 +113,18 @@ class Listing:
 
 
 def listing_table(option: str) -> Path:
-    """Return the table of recordings: the file of the option, or the packaged table if that file does not exist."""
+    """Return the path of the table of recordings: the option's path, or the packaged table if it does not exist."""
     table = Path(option)
     return table if table.is_file() or table.parent != Path("data") else DATA / table.name
 
 
 def mirror_folders(mirror: str) -> list[Path]:
-    """Return the folders of the mirror option, which are separated as in PATH."""
+    """Return the folders in the option `mirror`, which are separated as in the variable PATH."""
     return [Path(folder) for folder in mirror.split(os.pathsep) if folder]
 
 
 def listed_clips(listing: Listing, sources: Sequence[str], action: str) -> tuple[list[Clip], list[Clip]]:
-    """Return the listed clips that are available on this machine, sorted, and the others in the table's order.
+    """Return two lists: the sorted clips that are available on this machine, and the others in the table's order.
 
     Parameters
     ----------
@@ -185,7 +185,7 @@ def listed_clips(listing: Listing, sources: Sequence[str], action: str) -> tuple
 
 
 def _mismatch(path: Path, name: str, digests: Mapping[str, str]) -> Remark:
-    """Return a remark if a file, or a file read with it, differs from the table; else an empty one."""
+    """Return a remark if a file, or a file that is read with it, differs from the table; else an empty remark."""
     top = path.parents[len(PurePosixPath(name).parts) - 1]
     for file in _read_together(path):
         listed_as = Path(os.path.relpath(file, top)).as_posix()
@@ -215,7 +215,7 @@ def folder_clips(
     up: UpAxis = UpAxis.auto,
     source: str = "folder",
 ) -> list[Clip]:
-    """Return the recordings in the user's folder and its subfolders.
+    """Return the recordings in a user's folder and its subfolders.
 
     Parameters
     ----------
@@ -298,7 +298,7 @@ def folder_clips(
 
 
 def static_trials(files: Mapping[Path, str]) -> dict[Path, tuple[Path, ...]]:
-    """Return the candidates for the static trial of each recording.
+    """Return, for each recording, the files that may be its static trial.
 
     Parameters
     ----------
@@ -327,13 +327,13 @@ def static_trials(files: Mapping[Path, str]) -> dict[Path, tuple[Path, ...]]:
 
 
 def digest(path: Path) -> str:
-    """Return the sha256 of a recording, including the files that are read with it."""
+    """Return the sha256 of a recording, including all files that are read together with it."""
     digests = [file_digest(file) for file in _read_together(path)]
     return digests[0] if len(digests) == 1 else hashlib.sha256("".join(digests).encode()).hexdigest()
 
 
 def _read_together(path: Path) -> list[Path]:
-    """Return the files of a recording: itself, the skeleton of an AMC, the sidecar files of BIDS."""
+    """Return the files of a recording: the file itself, the skeleton of an AMC file, the sidecar files of BIDS."""
     files = [path, *bids.sidecar_files(path)]
     if path.suffix.lower() == ".amc":
         with suppress(InvalidInput):  # a missing skeleton raises when the clip is read

@@ -1,4 +1,4 @@
-"""Data sets: sources of the clips of each kind.
+"""Data sets: sources of the walks, performances and varied clips.
 
 `Data.request` turns the options of a data set into the request for a corpus, the clips of one kind.
 """
@@ -53,16 +53,16 @@ class SyntheticData(SyntheticPeople):
 
 
 class Cut(StrEnum):
-    """Part of a recording that is used as a performance."""
+    """Part of a recording that becomes a performance."""
 
     whole = "whole"
-    """Complete recording."""
+    """The complete recording."""
     cycles = "cycles"
-    """Middle cycle of a steady walk."""
+    """The middle cycle of a steady walk."""
 
 
 class NamedClips(Options):
-    """Selection of recordings for a kind of clips."""
+    """Selection of recordings for one kind of clips."""
 
     sources: list[str] = []  # sources in the table; * for all
     action: str = ""  # action in the table, complete or up to a colon
@@ -76,28 +76,31 @@ class RecordedPerformances(NamedClips):
 
 
 class Recordings(Data):
-    """Common options of the data sets of recordings."""
+    """Options that all data sets of recordings share."""
 
     steady: Steady = Steady()
     performances: RecordedPerformances = RecordedPerformances()
     clips: NamedClips = NamedClips()
 
     def named(self, corpus: Corpus) -> NamedClips:
-        """Return the selection of recordings for a kind of clips."""
+        """Return the selection of recordings for one kind of clips."""
         selection: NamedClips = getattr(self, corpus.name)
         return selection
 
     @property
     def walks(self) -> NamedClips:
-        """Selection of recordings for walks."""
+        """Selection of the recordings of walks."""
         return NamedClips(limit=self.walkers)
 
     def choose(self, corpus: Corpus, clips: list[Clip]) -> list[Clip]:
-        """Limit the clips: to the first people for walks, else to a number of clips from alternating people."""
+        """Select clips up to the limit: all walks of the first people, or other clips of alternating people."""
         return (first_people if corpus is WALKS else in_turn)(clips, self.named(corpus).limit)
 
     def request_for(self, corpus: Corpus, clips: Sequence[Clip], workers: int, missing: Missing) -> Request:
-        """Return the request for these recordings; `missing` applies to walks, other kinds need all joints."""
+        """Return the request for clips of these recordings.
+
+        `missing` applies to walks; other kinds of clips need all joints.
+        """
         steady, selection = self.steady, self.performances
         cycles = selection.cut is Cut.cycles
         makers: dict[str, tuple[dict[str, Any], Callable[[], Clips]]] = {
@@ -119,7 +122,7 @@ class Recordings(Data):
 
 
 class RecordedData(Recordings):
-    """Public recordings listed in `data/sources.csv`."""
+    """Data set of the public recordings listed in `data/sources.csv`."""
 
     sources: list[str]  # sources of walks in the table; * for all
     action: str = "walk"  # action of walks in the table
@@ -135,21 +138,21 @@ class RecordedData(Recordings):
 
     @property
     def walks(self) -> NamedClips:
-        """Selection of recordings for walks."""
+        """Selection of the recordings of walks."""
         return NamedClips(sources=self.sources, action=self.action, limit=self.walkers)
 
     @property
     def listing(self) -> Path:
-        """Return the table of recordings."""
+        """Path of the table of recordings."""
         return listing_table(self.table)
 
     @property
     def mirrors(self) -> list[Path]:
-        """Return the folders of the mirror."""
+        """Folders with copies of the recordings."""
         return mirror_folders(self.mirror)
 
     def require(self, corpus: Corpus) -> None:
-        """Raise InvalidInput if no source is named for this kind of clips."""
+        """Raise InvalidInput if no source is selected for this kind of clips."""
         if not self.named(corpus).sources:
             raise InvalidInput(
                 f"the data set {self.name} has no {corpus.words}",
@@ -160,7 +163,7 @@ class RecordedData(Recordings):
             )
 
     def request(self, corpus: Corpus, skeleton: Skeleton, seed: int, workers: int) -> Request:
-        """Return the request for the recordings of the table, with unavailable ones at the end."""
+        """Return the request for the recordings in the table; unavailable recordings come last."""
         self.require(corpus)
         skeletons = {name: mappings.shipped()[name] for name in self.skeletons}
         listing = Listing(self.listing, Path(self.raw), self.mirrors, skeletons, self.same_person)
@@ -177,13 +180,13 @@ class RecordedData(Recordings):
 
 
 BY_FOLDER = "^(.+?)/"
-"""Pattern of `FolderData.person` for a folder per person."""
+"""Value of `FolderData.person` if each person has a folder."""
 WHOSE = f"'{BY_FOLDER}' if each folder is of one person, '([^/_.]+)[^/]*$' if all files are of one person"
-"""Advice on `FolderData.person` for files with the same name."""
+"""Advice on `FolderData.person` if several folders have files with the same name."""
 
 
 class FolderData(Recordings):
-    """The user's own files."""
+    """Data set of the user's own files."""
 
     of_user = True
 
@@ -198,7 +201,7 @@ class FolderData(Recordings):
     up: UpAxis = UpAxis.auto  # axis that points up: x, y, z, -x, -y, -z; auto: inferred from the upright body
 
     def request(self, corpus: Corpus, skeleton: Skeleton, seed: int, workers: int) -> Request:
-        """Return the request for the files below the folder."""
+        """Return the request for clips of the files in the folder and its subfolders."""
         clips = folder_clips(
             self.path,
             self.pattern,
@@ -226,7 +229,7 @@ class FolderData(Recordings):
 
 
 def in_turn(clips: list[Clip], limit: int) -> list[Clip]:
-    """Select at most `limit` clips from alternating people, in the original order; all if the limit is 0."""
+    """Select at most `limit` clips from alternating people, in the original order; all clips if the limit is 0."""
     if limit <= 0 or limit >= len(clips):
         return clips
     people = [clip.person for clip in clips]
@@ -235,7 +238,7 @@ def in_turn(clips: list[Clip], limit: int) -> list[Clip]:
 
 
 def first_people(clips: list[Clip], limit: int) -> list[Clip]:
-    """Select the clips of the first `limit` people; all if the limit is 0."""
+    """Select all clips of the first `limit` people; all clips if the limit is 0."""
     people = list(dict.fromkeys(clip.person for clip in clips))
     selected = people[: limit if limit > 0 else None]
     return [clip for clip in clips if clip.person in selected]
@@ -247,4 +250,4 @@ DATA_SETS = {
     "folder": FolderData,
     "author": AuthorData,
 }
-"""Classes that the data sets of ``conf/data`` extend, by name."""
+"""Classes, by name, that the data sets in ``conf/data`` configure."""

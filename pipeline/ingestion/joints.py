@@ -28,39 +28,39 @@ from pipeline.skeleton.source_mapping import SourceMapping, UpAxis
 from pipeline.validation import InvalidInput, listed, told_apart
 
 MAX_MOTION = 0.02
-"""Largest root mean square motion of three quarters of the points of a standing person, relative to body size."""
+"""Largest motion (upper quartile over points of the rms) of a person who stands still, relative to body size."""
 
 SLACK = 0.012
-"""Largest root mean square change of distances within a segment, relative to leg length: about 10 mm."""
+"""Largest rms change of the distances between points on a rigid segment, relative to leg length (about 10 mm)."""
 
 AT_JOINT = 0.12
-"""Largest distance of a marker from its joint, relative to leg length: about 100 mm."""
+"""Largest distance of a marker from the joint that it marks, relative to leg length (about 100 mm)."""
 
 _SIDES = {"l": "left", "r": "right"}
 _SEGMENTS = (("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "wrist"))
-"""Segments by their upper and lower joints."""
+"""Segments, each with its upper and its lower joint."""
 
 _AT_A_JOINT = re.compile(r"kne|(?<!sh)ank|hip|hjc|troch|condy|asi|ias|elb|wri|sho|acr|foot|heel|calc|hand")
-"""Words in the names of points at joints, which are not part of a technical cluster."""
+"""Pattern of words in the names of points at joints, which do not belong to a technical cluster."""
 
 EXCHANGED = "labels_exchanged"
-"""Code of a remark on exchanged labels."""
+"""Code of a remark on exchanged left and right labels."""
 
 EXCHANGE_RATIO = 1.5
-"""Ratio of the path lengths with the given and with exchanged labels, above which labels are exchanged."""
+"""Path length with the given labels over that with exchanged labels, above which an exchange is assumed."""
 
 MIN_JUMP = 0.05
-"""Shortest path of an exchange, relative to the root mean square distance of the points from their centre."""
+"""Shortest jump that counts as an exchange of labels, relative to the rms distance of the points from their centre."""
 
 MAX_GAP_S = 0.25
-"""Longest gap that a path may cross, s."""
+"""Longest gap, s, across which an exchange of labels is detected."""
 
 MAX_EXCHANGED = 0.25
-"""Largest share of frames that are exchanged back; above it the correct labels are unknown."""
+"""Largest share of frames in which exchanged labels are repaired; above it, the correct labels are unknown."""
 
 
 def read_clip(clip: Clip) -> tuple[MotionCapture, np.ndarray, np.ndarray]:
-    """Read a recording; return it with the positions of its joints (T, 15, 3), mm, and their validity (T, 15).
+    """Read a recording; return it with its joints (T, 15, 3), mm, and the mask (T, 15) of valid joints.
 
     Joints above the legs that the recording lacks are never valid.
 
@@ -92,7 +92,10 @@ def completed(
     units: str | None = None,
     frame_rate_hz: float | None = None,
 ) -> MotionCapture:
-    """Add the markers of the first suitable static trial; if none is suitable, only notes with the reasons."""
+    """Add the markers of the first suitable static trial to a recording.
+
+    If no static trial is suitable, only notes with the reasons are added.
+    """
     if mappings.suggest(motion, candidates).usable:
         return motion
     notes = [*motion.notes]
@@ -110,7 +113,7 @@ def completed(
 
 
 def standing(path: Path, *, units: str | None = None, frame_rate_hz: float | None = None) -> MotionCapture:
-    """Return the posture of a static trial: a single frame with the measured points.
+    """Return the posture of a static trial as one frame that contains the measured points.
 
     Raises
     ------
@@ -139,7 +142,7 @@ def standing(path: Path, *, units: str | None = None, frame_rate_hz: float | Non
 def _posture(
     path: Path, stamp: int, units: str | None, frame_rate_hz: float | None
 ) -> tuple[MotionCapture, float]:
-    """Median position of each measured point, and the root mean square motion of three quarters of the points."""
+    """Return a static trial's posture (the median position of each measured point), and the motion as by `moves`."""
     motion = formats.read(path, units=units, frame_rate_hz=frame_rate_hz)
     measured = np.flatnonzero(motion.valid.any(axis=0))
     median = np.nanmedian(motion.positions_mm[:, measured], axis=0)
@@ -149,7 +152,7 @@ def _posture(
 
 
 def moves(positions: np.ndarray) -> float:
-    """Upper quartile of the root mean square motion of points (T, P, 3), relative to body size."""
+    """Return the upper quartile over the points (T, P, 3) of their rms motion, relative to body size."""
     positions = positions[:, np.isfinite(positions).all(axis=-1).any(axis=0)]
     if not positions.size:
         return np.inf
@@ -160,7 +163,7 @@ def moves(positions: np.ndarray) -> float:
 
 
 def _size(positions: np.ndarray) -> float:
-    """Extent of the points (T, P, 3) along the longest axis, in the frame with most points."""
+    """Return the largest extent of the points (T, P, 3) along an axis, in the frame with most points."""
     fullest = positions[np.isfinite(positions).all(axis=-1).sum(axis=1).argmax()]
     return float(np.ptp(fullest[np.isfinite(fullest).all(axis=-1)], axis=0).max())
 
@@ -168,7 +171,7 @@ def _size(positions: np.ndarray) -> float:
 def carry(
     motion: MotionCapture, posture: MotionCapture, name: str, candidates: Sequence[SourceMapping]
 ) -> MotionCapture:
-    """Add missing markers of a static trial to a recording, by the rigid motion of clusters of points.
+    """Add the missing markers of a static trial to a recording, moved rigidly with clusters of points.
 
     Parameters
     ----------
@@ -262,7 +265,7 @@ def _loose_clusters(
     segment: int,
     factor: float,
 ) -> Iterator[str]:
-    """Yield the clusters on a segment that do not fit the static trial, each with its residual."""
+    """Yield a text for each cluster on a segment that does not fit the static trial, with its residual in mm."""
     for group in technical_clusters(motion):
         shared = [k for k in group if plain_name(motion.names[k]) in static_index]
         static = standing[[static_index[plain_name(motion.names[k])] for k in shared]]
@@ -273,7 +276,7 @@ def _loose_clusters(
 
 
 def _segment_of(point: np.ndarray, ends: np.ndarray) -> int:
-    """Index of the nearest segment (S, 2, 3) with the projection of a point between its ends; -1 if none qualifies."""
+    """Return the index of the nearest segment (S, 2, 3) on which the projection of a point lies; -1 if none."""
     along = ends[:, 1] - ends[:, 0]
     share = ((point - ends[:, 0]) * along).sum(axis=-1) / (along**2).sum(axis=-1)
     away = np.linalg.norm(point - ends[:, 0] - share[:, None] * along, axis=-1)
@@ -284,7 +287,7 @@ def _segment_of(point: np.ndarray, ends: np.ndarray) -> int:
 def joints_of(
     motion: MotionCapture, mapping: SourceMapping | None, subject: str = ""
 ) -> tuple[MotionCapture, np.ndarray, np.ndarray]:
-    """Map a recording; return it with notes, its joints (T, 15, 3), mm, and their validity (T, 15).
+    """Map a recording to joints; return it with notes, joints (T, 15, 3), mm, and the mask (T, 15) of valid joints.
 
     Parameters
     ----------
@@ -333,7 +336,9 @@ def joints_of(
 
 
 def exchanged_back(motion: MotionCapture, points: Iterable[int]) -> MotionCapture:
-    """Repair exchanged left and right labels, so that most frames keep theirs; each repair is noted.
+    """Repair exchanged left and right labels, and add a remark on each repair.
+
+    The labels that most frames have are assumed to be correct.
 
     Parameters
     ----------
@@ -377,7 +382,7 @@ def exchanged_back(motion: MotionCapture, points: Iterable[int]) -> MotionCaptur
 
 
 def technical_clusters(motion: MotionCapture) -> list[list[int]]:
-    """Return rigid groups of points on a segment between joints, on one side, with similar names.
+    """Return groups of points that move rigidly together, lie on the same side and have similar names.
 
     Examples are R.Thigh.Upper, R.Thigh.Front, R.Thigh.Rear, or LSK1, LSK2, LSK3.  No point of a group marks a joint.
     """

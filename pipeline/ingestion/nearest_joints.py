@@ -1,4 +1,4 @@
-"""Proposal of a mapping for an unknown marker set, from point names and distances to an average walker.
+"""Proposal of a mapping for an unknown marker set, from point names and distances to the average walker.
 
 The average walker of the synthetic population is scaled to the recording.  In each frame, it is shifted, rotated about
 the vertical, and set to the best phase of the step.  Then each joint gets the point, or the centre of two
@@ -24,28 +24,28 @@ from pipeline.skeleton.source_mapping import Lowering, Rule, SourceMapping, UpAx
 from pipeline.validation import InvalidInput, listed
 
 PHASES, FRAMES, ROUNDS, HEADINGS = 8, 24, 4, 12
-"""Numbers of walker phases, frames, alternations of the two steps, and initial headings."""
+"""Number of walker phases, of frames, of alternations between alignment and assignment, and of initial headings."""
 
 NEIGHBOURS_MM = 160.0
-"""Largest distance of two points on the two sides of a joint, for a leg length of `LEG_MM`."""
+"""Largest distance between the two points on opposite sides of a joint, scaled to leg length `LEG_MM`."""
 
 UNNAMED_PENALTY_MM = 250.0
-"""Penalty on the distance of a point without a name of the joint."""
+"""Penalty, added to the distance, for a point whose name does not contain the joint's name."""
 
 MAX_SIDE_POINTS = 200
-"""Largest number of points on a side for which pairs are considered; a dense surface has more."""
+"""Largest number of points on a side of the body for which pairs are considered; a dense surface has more."""
 
 TINY = 1e-9
-"""Smallest scale, for points that coincide."""
+"""Smallest scale; it avoids division by zero if all points coincide."""
 
 FAR_MM = 0.4 * LEG_MM
-"""Distance that counts for a joint without a point, and largest distance in the choice of the phase."""
+"""Distance assumed for a joint without a point, and upper limit of distances when the phase is selected."""
 
 MAX_UNNAMED_MM = 0.2 * LEG_MM
-"""Largest distance from the walker's joint for a point without a name of the joint, or with a segment's name."""
+"""Largest distance from the walker's joint of a point named after a segment, or not named after the joint."""
 
 MAX_NAMED_MM = 2 * FAR_MM
-"""Largest distance from the walker's joint for a point with the joint's name."""
+"""Largest distance from the walker's joint of a point that is named after the joint."""
 
 PART_NAMES = {
     "head": ("head", "hd", "nose", "ear", "skull"),
@@ -58,13 +58,13 @@ PART_NAMES = {
     "knee": ("kne", "condy", "latcon", "medcon", "lfc", "fle", "shin", "shank", "lowerleg"),
     "ankle": ("ank", "mal", "tal", "foot", "heel", "calc"),
 }
-"""Words in the names of the points of each joint."""
+"""Words that identify the points of each joint by their names."""
 
 SEGMENT = re.compile("thigh|shin|shank")
-"""Words for a segment, whose upper end is the joint; markers may be anywhere on the segment."""
+"""Pattern of words for segments, whose markers may be far from the joint at the upper end."""
 
 NOT_A_POINT = re.compile(r"angle|force|moment|power|grf|progress", re.IGNORECASE)
-"""Words in the names of model outputs, which C3D files store like points."""
+"""Pattern of words in the names of model outputs, which C3D files store in the same way as points."""
 
 MIN_POINTS = 7
 """Smallest number of points that can represent a body."""
@@ -79,18 +79,18 @@ REGRESSIONS = {
     "skin_landmarks": ("L.ASIS", "R.ASIS", "L.PSIS", "R.PSIS", "Sacrum"),
     "trochanters": ("L.GT", "R.GT"),
 }
-"""Mappings with a hip regression, and the points of the regression, the more accurate first."""
+"""Mappings that compute the hips by a regression, the more accurate first, and the points of each regression."""
 
 PARTS = ("ankle", "knee", "hip", "shoulder", "elbow", "wrist")
 
 
 Points = tuple[int, ...]
 Assignment = dict[str, Points]
-"""Point of each joint, or the two points whose centre is the joint."""
+"""Assignment of points to joints: one point for a joint, or several points whose centre is the joint."""
 
 
 def propose(motion: MotionCapture, name: str) -> SourceMapping:
-    """Propose a mapping from point names, sides and distances to an average walker; every joint is a guess.
+    """Propose a mapping from point names, sides and distances to the average walker; every joint is marked as a guess.
 
     Points of technical clusters are left out.  If the points of the hips are pelvis markers or trochanters, the hips
     come from their regression.  A joint whose rule fails `pipeline.mappings.check` is not proposed.
@@ -135,7 +135,7 @@ def propose(motion: MotionCapture, name: str) -> SourceMapping:
 
 
 def _regressed(motion: MotionCapture, hips: set[str]) -> tuple[dict[str, Rule], dict[str, Lowering]]:
-    """Rules and lowering of hips and pelvis by the first shipped regression whose points are in the file.
+    """Return rules and lowering of hips and pelvis, from the first regression whose points are in the file.
 
     The result is empty if `hips`, the points assigned to the hips, are not points of a regression.
     """
@@ -156,7 +156,10 @@ def _regressed(motion: MotionCapture, hips: set[str]) -> tuple[dict[str, Rule], 
 
 
 def _points(motion: MotionCapture, name: str) -> tuple[list[str], np.ndarray, UpAxis]:
-    """Names and positions of usable points, in evenly spaced frames with most points, and the axis that points up."""
+    """Return the names and positions of usable points, and the axis that points up.
+
+    The positions are those of evenly spaced frames, chosen among the frames with most points.
+    """
     stuck = {k for group in technical_clusters(motion) for k in group}
     usable = [
         k
@@ -184,7 +187,7 @@ def _points(motion: MotionCapture, name: str) -> tuple[list[str], np.ndarray, Up
 
 
 class _Body:
-    """Points of a recording, and their assignment to joints by names and distances.
+    """Points of a recording, with methods that assign them to joints by names and distances.
 
     Parameters
     ----------
@@ -199,25 +202,28 @@ class _Body:
         index = {point: k for k, point in reversed(list(enumerate(names)))}
         twins = {k: index.get("r" + point[1:]) for point, k in index.items() if point[:1] == "l"}
         self._twin = {k: twin for k, twin in sorted(twins.items()) if twin is not None}
-        """Points on the left, each with the point on the right whose name differs only by the side."""
+        """For each point on the left, the point on the right whose name differs only in the side."""
 
     def _centre(self, candidate: Points) -> np.ndarray:
-        """Positions (F, 3) of a point, or of the centre of several points."""
+        """Return the positions (F, 3) of a point, or of the centre of several points."""
         return self._positions[:, list(candidate)].mean(axis=1)
 
     def _is_named(self, point: int, part: str) -> bool:
-        """Return True if the name of a point contains a word for a joint."""
+        """Return True if the name of a point contains a word that identifies a joint."""
         return any(word in self._names[point] for word in PART_NAMES[part])
 
     def _anchors(self, assignment: Assignment) -> np.ndarray:
-        """Positions (F, 15, 3) of the assigned joints; NaN for the others."""
+        """Return the positions (F, 15, 3) of the assigned joints; NaN for joints without points."""
         anchors = np.full((len(self._positions), 15, 3), np.nan)
         for joint, candidate in assignment.items():
             anchors[:, WALKER15.index(joint)] = self._centre(candidate)
         return anchors
 
     def by_names(self) -> list[np.ndarray]:
-        """Initial joints (F, 15, 3) from names alone: centres of points with the joint's name; empty below 5 joints."""
+        """Return a first estimate of the joints (F, 15, 3) from names alone, as a list with one element.
+
+        Each joint is the centre of the points named after it.  The list is empty if fewer than 5 joints have points.
+        """
         assignment = {}
         for joint in WALKER15.joints:
             side, _, part = joint.rpartition("_")
@@ -228,7 +234,7 @@ class _Body:
         return [anchors] if np.isfinite(anchors).all(axis=-1).any(axis=0).sum() >= 5 else []
 
     def starts(self, cycle: np.ndarray) -> Iterator[np.ndarray]:
-        """Yield initial joints of the walker in its mean posture, scaled to the height of the points.
+        """Yield first estimates of the joints: the walker's mean posture, scaled to the height of the points.
 
         The points reach from the feet to the head, or only to the hips.  The sides of the points give the heading.
         Without sides, several headings are used, the same in all frames.
@@ -253,7 +259,7 @@ class _Body:
                 yield start
 
     def matched(self, anchors: np.ndarray, cycle: np.ndarray) -> tuple[float, Assignment]:
-        """Mean distance of the joints, mm for a leg length of `LEG_MM`, and the points of each joint."""
+        """Return the mean cost of the joints, mm at leg length `LEG_MM`, and the points of each joint."""
         cost, assignment = np.inf, Assignment()
         for _ in range(ROUNDS):
             walker, scale = _aligned(anchors, cycle)
@@ -265,7 +271,7 @@ class _Body:
         return cost, assignment
 
     def _assigned(self, walker: np.ndarray, scale: float) -> tuple[dict[str, float], Assignment]:
-        """Greedy assignment: cost of each joint, mm for a leg length of `LEG_MM`, and its points."""
+        """Assign points to joints greedily; return each joint's cost, mm at leg length `LEG_MM`, and its points."""
         twin = self._twin
         sided = {*twin, *twin.values()}
         central: list[Points] = [(k,) for k in range(len(self._names)) if k not in sided]
@@ -312,14 +318,14 @@ class _Body:
         return cost, assignment
 
     def _distances(self, candidate: Points, walker: np.ndarray) -> np.ndarray:
-        """Mean distance (15,) of a point from each joint of the walker (F, 15, 3); infinite if never measured."""
+        """Return a point's mean distance (15,) from each joint of the walker (F, 15, 3); infinite if never measured."""
         point = self._centre(candidate)
         measured = np.isfinite(point).all(axis=-1)
         distances = np.linalg.norm(point[measured, None] - walker[measured], axis=-1)
         return distances.mean(axis=0) if measured.any() else np.full(15, np.inf)
 
     def _neighbours(self, within: float) -> list[Points]:
-        """Pairs of points on the left that stay within a distance of each other."""
+        """Return the pairs of points on the left whose distance from each other never exceeds `within`."""
         left = list(self._twin) if len(self._twin) <= MAX_SIDE_POINTS else []
         side = self._positions[:, left]
         distance = np.linalg.norm(side[:, :, None] - side[:, None], axis=-1)
@@ -329,7 +335,10 @@ class _Body:
 
 
 def _aligned(anchors: np.ndarray, cycle: np.ndarray) -> tuple[np.ndarray, float]:
-    """Align the walker (F, 15, 3) with known joints; return it in their unit, and the scale per millimetre."""
+    """Align the walker's best phase with the estimated joints; return its joints (F, 15, 3) and the scale.
+
+    The joints are in the unit of the estimated joints.  The scale is that unit per millimetre of the walker.
+    """
     distance = np.linalg.norm(anchors[:, :, None] - anchors[:, None], axis=-1)
     measured = np.isfinite(distance).any(axis=0) & np.triu(np.ones((15, 15), bool), 1)
     reference = np.linalg.norm(cycle[:, :, None] - cycle[:, None], axis=-1).mean(axis=0)

@@ -1,4 +1,4 @@
-"""Reading and preparation of recordings as clips of each kind."""
+"""Reading of recordings, and their preparation as walks, performances or varied clips."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from pipeline.validation import InvalidInput
 
 
 def recorded_walks(clips: Sequence[Clip], steady: Steady, workers: int, missing: Missing) -> Walks:
-    """Return the steady walks of recordings; with `Missing.drop`, joints missing in any walk are left out."""
+    """Return the steady walks in recordings; with `Missing.drop`, a joint that any walk lacks is left out of all."""
     prepared = read_and_prepare(
         clips, walks.REPORT_COLUMNS, lambda raw: walks.steady_walk(raw, steady), workers
     )
@@ -34,7 +34,7 @@ def recorded_walks(clips: Sequence[Clip], steady: Steady, workers: int, missing:
 def recorded_performances(
     clips: Sequence[Clip], steady: Steady, workers: int, *, cycles: bool
 ) -> Performances:
-    """Return recorded performances: complete recordings, or the middle cycle of each walk."""
+    """Return recorded performances: complete recordings, or the middle cycle of each recorded walk."""
 
     def prepare_one(raw: RawClip) -> PreparedClip:
         return (
@@ -48,7 +48,7 @@ def recorded_performances(
 
 
 def recorded_clips(clips: Sequence[Clip], gap_s: float, workers: int) -> VariedClips:
-    """Return the longest stretch with all joints of each recording."""
+    """Return, for each recording, the longest stretch in which all joints are measured."""
     prepared = read_and_prepare(
         clips, varied.REPORT_COLUMNS, lambda raw: varied.longest_stretch(raw, gap_s), workers
     )
@@ -65,7 +65,7 @@ def read_and_prepare(
     prepare_one: Callable[[RawClip], PreparedClip],
     workers: int,
 ) -> list[PreparedClip]:
-    """Read and prepare recordings; a recording that cannot be read becomes a rejected row of the report.
+    """Read and prepare recordings; an unreadable recording becomes a row of the report that rejects it.
 
     Identical points under the names of two people are rejected in both recordings, because the person is unclear.
     Other recordings that may be of the same person get a remark, see `one_person`.
@@ -118,6 +118,6 @@ def read_and_prepare(
 
 
 def _remarked(clip: PreparedClip, *remarks: str) -> PreparedClip:
-    """Return a clip with remarks added to its row of the report."""
+    """Return a clip whose row of the report contains further remarks."""
     reason = "; ".join(filter(None, [clip.row["reason"], *remarks]))
     return replace(clip, row=clip.row | {"reason": reason})

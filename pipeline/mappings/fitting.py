@@ -14,12 +14,12 @@ from pipeline.skeleton.source_mapping import SourceMapping
 from pipeline.validation import InvalidInput
 
 ADULT_LEG_MM = 850.0
-"""Typical length of an adult leg."""
+"""Typical leg length of an adult."""
 HUMAN_LEG_MM = (350.0, 1300.0)
-"""Range of leg lengths, hip to knee to ankle, from a child of three to a very tall adult."""
+"""Range of human leg lengths (hip to knee to ankle), from a child of three years to a very tall adult."""
 
 _UNITS = {**MILLIMETRES, "in/0.45": 25.4 / 0.45}
-"""Size in mm of the units considered for a file without a stated unit; the last is that of the CMU skeletons."""
+"""Size in mm of each unit that is tried for a file without a stated unit; the last is the CMU skeletons' unit."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ def fitted(motion: MotionCapture, mapping: SourceMapping) -> Fit:
 
 
 def suggest(motion: MotionCapture, mappings: Iterable[SourceMapping]) -> Fit:
-    """Return the best fit among several mappings; ties go to the first mapping.
+    """Return the best fit among several mappings; if two fit equally well, the first one.
 
     Raises
     ------
@@ -103,7 +103,7 @@ def suggest(motion: MotionCapture, mappings: Iterable[SourceMapping]) -> Fit:
 
 
 def rescaled(motion: MotionCapture, mapping: SourceMapping, leg_mm: float) -> tuple[float, str]:
-    """Return the scale factor for the positions of a file without a stated unit, and a note.
+    """Return the scale factor for the positions in a file that states no unit, and a note.
 
     Parameters
     ----------

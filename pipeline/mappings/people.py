@@ -1,4 +1,4 @@
-"""Separation of several people in a recording by prefixes or suffixes of point names: ``anna:LANK``, ``LANK_2``."""
+"""Separation of the people in a recording by a prefix or suffix of the point names: ``anna:LANK``, ``LANK_2``."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from pipeline.skeleton.source_mapping import SourceMapping
 from pipeline.validation import InvalidInput
 
 OTHERS = "unnamed"
-"""Name of a person whose points have no prefix or suffix, next to people whose points have one."""
+"""Name of the person whose points have no prefix or suffix, if other points have one."""
 
 _MIN_POINTS = 7
-"""Smallest number of points that can give the legs and pelvis of a person."""
+"""Smallest number of points from which the legs and pelvis of a person can be computed."""
 
 SAME_POINT_MM = 50.0
-"""Median distance below which points with the same name belong to the same person, for example raw and filtered."""
+"""Median distance below which two points with the same name belong to one person, e.g. raw and filtered data."""
 
 SAME_BODY_MM = 150.0
-"""Median distance below which joints from two sets of names belong to the same person; two bodies are farther apart."""
+"""Median distance below which joints from two sets of names belong to one person; two bodies are farther apart."""
 
 _SIDES = {"l", "r", "left", "right", "lt", "rt"}
 _PERSON = (
@@ -34,13 +34,13 @@ _PERSON = (
     *(rf"((?:[^\W_]+[\W_]+){{{more}}}[^\W_]+)[\W_]+(?=[^\W_])" for more in (0, 1)),
     r".*?\D(\d+)\W*$|.*?[^\n][\W_]+([^\W_]+)[\W_]*$",
 )
-"""Positions of the person in a point name, the most reliable first.
+"""Patterns that find the person in a point name, the most reliable first.
 
 They are: before a colon, the first word, the first two words, the number at the end, the last word."""
 
 
 def people(motion: MotionCapture, mappings: Iterable[SourceMapping]) -> dict[str, MotionCapture]:
-    """Split a recording into people, by name; empty if the recording has one person.
+    """Split a recording into one recording for each person, by name; empty if the recording has one person.
 
     Parameters
     ----------
@@ -116,7 +116,10 @@ def of_one_person(
 
 
 def _same_person(first: MotionCapture, second: MotionCapture, mappings: Sequence[SourceMapping]) -> bool:
-    """Return True if points with equal names, or else the joints, coincide in two recordings."""
+    """Return True if points with the same names coincide in two recordings.
+
+    Without shared names, the joints are compared instead.
+    """
     both = (first, second)
     shared = [name for name in first.names if name in second.names]
     positions = [motion.positions_mm[:, [motion.names.index(name) for name in shared]] for motion in both]
@@ -130,7 +133,7 @@ def _same_person(first: MotionCapture, second: MotionCapture, mappings: Sequence
 
 
 def _only(motion: MotionCapture, points: Sequence[int], person: str) -> MotionCapture:
-    """Select points of a recording, and remove the prefix or suffix of the person from their names."""
+    """Select points of a recording, and remove the person's prefix or suffix from their names."""
     k = list(points)
     affix = re.compile(rf"{re.escape(person)}[\W_]+|[\W_]*{re.escape(person)}[\W_]*$" if person else "(?!)")
     names = (motion.names[i] for i in k)
@@ -146,7 +149,7 @@ def _only(motion: MotionCapture, points: Sequence[int], person: str) -> MotionCa
 
 
 def _groupings(names: Sequence[str]) -> Iterator[dict[str, list[int]]]:
-    """Yield divisions of the points into people, the most reliable first."""
+    """Yield candidate divisions of the points into people, the most reliable first."""
     for pattern in _PERSON:
         groups: dict[str, list[int]] = {}
         for k, name in enumerate(names):

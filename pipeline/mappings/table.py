@@ -20,13 +20,13 @@ from pipeline.skeleton.source_mapping import Lowering, Rule, SourceMapping, UpAx
 from pipeline.validation import InvalidInput
 
 AUTO = "auto"
-"""Value of the option for the best mapping of each recording."""
+"""Value of the option `skeleton` that selects the best mapping for each recording."""
 
 MAX_FILE_BYTES = 1_000_000
 """Largest size of a mapping file in bytes."""
 
 _MAX_DEPTH = 10
-"""Largest nesting depth of a mapping file; the parsing time grows with the square of the depth."""
+"""Largest nesting depth of a mapping file; the parsing time increases with the square of the depth."""
 
 _KEYS = ("name", "up", "units", "recognised_by", "points", "joints", "otherwise", "lowered", "guessed")
 
@@ -41,12 +41,12 @@ def _shipped(name: str) -> SourceMapping:
 
 
 def shipped() -> dict[str, SourceMapping]:
-    """Return the shipped mappings, by name."""
+    """Return the mappings that are installed with the package, by name."""
     return {name: _shipped(name) for name in _names()}
 
 
 def chosen(name: str) -> SourceMapping | None:
-    """Return the mapping for the option `skeleton`: a shipped one or a YAML file; None for ``auto``.
+    """Return the mapping that the option `skeleton` selects: a shipped mapping or a YAML file; None for ``auto``.
 
     Raises
     ------
@@ -116,10 +116,10 @@ def load(path: Path) -> SourceMapping:
 
 
 def _composed(text: str, where: str) -> yaml.Node:
-    """Parse a YAML text to a tree of nodes, without custom tags and anchors."""
+    """Parse a YAML text to a tree of nodes; custom tags, anchors and aliases are rejected."""
 
     class Loader(yaml.SafeLoader):
-        """YAML loader that adds the file name to the line of each node."""
+        """YAML loader that knows the file name, so that the position of each node includes the file name."""
 
         def __init__(self, stream: str) -> None:
             super().__init__(stream)
@@ -160,13 +160,13 @@ def _composed(text: str, where: str) -> yaml.Node:
 def _wrong(
     what: str, at: Any, expected: str = "", received: str = "", *, code: str, **values: Any
 ) -> InvalidInput:
-    """Error at a node or an event, with its line."""
+    """Return the error at a node or an event, with its line in the file."""
     mark = at.start_mark
     return InvalidInput(what, f"{mark.name}, line {mark.line + 1}", expected, received, code=code, **values)
 
 
 def _items(node: yaml.Node, what: str) -> list[tuple[str, yaml.Node, yaml.Node]]:
-    """Keys and values of a node, after a check that no key is repeated."""
+    """Return keys and values of a node, after checking that no key is repeated."""
     if not isinstance(node, yaml.MappingNode):
         raise _wrong(f"{what} must have keys with values", node, "key: value", code="not_keys")
     items: dict[str, tuple[yaml.Node, yaml.Node]] = {}
@@ -270,7 +270,7 @@ def _lowering(node: yaml.Node, joint: str) -> Lowering:
 
 
 def _mapping(root: yaml.Node, stem: str) -> SourceMapping:
-    """Build the mapping of a file; the default name is that of the file."""
+    """Return the mapping that a file defines; its default name is the name of the file."""
     values: dict[str, Any] = {"name": stem}
     for key, node, value in _items(root, "a mapping"):
         if key not in _KEYS:
@@ -322,7 +322,7 @@ def _shown(node: yaml.Node) -> str:
 
 
 def written(mapping: SourceMapping, motion: MotionCapture) -> str:
-    """Return a mapping as YAML for `pipeline.mappings.load`, with guesses marked and unused points listed."""
+    """Return a mapping as YAML text for `pipeline.mappings.load`; guesses are marked and unused points are listed."""
     lines = [
         "# Proposed from names, sides and positions of the points of a recording.  Check every line marked as guessed.",
         "# The weights of a joint sum to one, for example {lateral: 0.5, medial: 0.5}.",
@@ -354,5 +354,5 @@ def written(mapping: SourceMapping, motion: MotionCapture) -> str:
 
 
 def _quoted(text: str) -> str:
-    """YAML scalar in quotes, so that no name is read as another type."""
+    """Return a name as a YAML scalar in quotes, so that it is read as text."""
     return str(yaml.safe_dump(text, default_style='"', allow_unicode=True, width=2**31)).strip()

@@ -15,7 +15,7 @@ Value = TypeVar("Value")
 
 @dataclass(frozen=True)
 class Stored(Generic[Value]):
-    """The result of a stage, computed or found in the store.
+    """Result of a stage, computed now or read from the store.
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ def stored(
     result: type[Value],
     sources: Sequence[str],
 ) -> Stored[Value]:
-    """Return the result of a stage for these options and inputs; compute it if it is not in the store.
+    """Return the result of a stage for the given options and inputs; compute it if it is not in the store.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The four stages before the figure, one after the other: clips, samples, model and measurements."""
+"""The four stages before the figure, in order: clips, samples, model and measurements."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def run(
 
 
 def _after(before: Sequence[Stored[Any]], stage: str, experiment: Experiment, store: Store) -> Stored[Any]:
-    """Return the result of a stage, from its options and the results of the earlier stages."""
+    """Return the result of a stage, computed from its options and the results of earlier stages."""
     options = getattr(experiment, stage)
     key_options, inputs, modules = options, before[-1:], [type(options).__module__]
     if stage == "sweep":

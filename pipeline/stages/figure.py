@@ -1,4 +1,4 @@
-"""Figure stage: tables, picture, recordings and verdicts of an experiment, published in one folder."""
+"""Figure stage: publication of an experiment's tables, picture, recordings and verdicts in one folder."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def run(
     measures: Registry,
     early: bool = False,
 ) -> list[Verdict]:
-    """Publish the figure in `folder` and return the verdicts on the claims that need no other figure.
+    """Publish the figure in `folder`, and return the verdicts on the claims that depend on this figure alone.
 
     Writes ``table*.csv``, ``claims.csv``, ``table_ingest.csv``, ``figure.svg`` and others, ``recording*.rrd``,
     ``arrays.npz`` and, last, ``manifest.json``.
@@ -69,7 +69,10 @@ def _publish(
     *,
     complete: bool = True,
 ) -> list[Verdict]:
-    """Publish a figure with these tables; an incomplete one lacks the recording and the digest of its sources."""
+    """Publish a figure with the given tables.
+
+    An incomplete figure lacks the recording and the digest of its sources.
+    """
     experiment, figure, outputs = inputs.experiment, inputs.experiment.figure, dict(outputs)
     with publish(folder, having="figure") as publication:
         for name, table in outputs.items():

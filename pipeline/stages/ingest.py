@@ -1,4 +1,4 @@
-"""Ingest stage: from recordings, or synthetic motion, to usable clips."""
+"""Ingest stage: usable clips from recordings or from synthetic motion."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from pipeline.validation import InvalidInput
 
 
 def run(experiment: Experiment, store: Store, population: int | None = None) -> Stored[Clips]:
-    """Return the usable clips of the kind that the experiment's dataset needs, with the report on each clip.
+    """Return the usable clips of the kind that the experiment's dataset needs, with the report on all clips.
 
     Synthetic walks that only the dataset reads are streamed: each is represented, then discarded.  Without usable clips
     the report is still written, next to the figures of the data set: ``refused_walks.csv``,
@@ -58,17 +58,17 @@ def run(experiment: Experiment, store: Store, population: int | None = None) -> 
 
 
 def seed_of(experiment: Experiment, population: int) -> int:
-    """Return the seed of one further synthetic population."""
+    """Return the random seed of a further synthetic population, given by its index."""
     return int(derive_generator(experiment.seed, f"population {population + 1}").integers(2**31))
 
 
 def report_table(rows: Sequence[Mapping[str, Any]], columns: Sequence[str]) -> dict[str, np.ndarray]:
-    """Return the report on all clips as columns."""
+    """Return the report on all clips as a table (columns by name)."""
     return {name: _column([row[name] for row in rows]) for name in columns}
 
 
 def _column(values: list[Any]) -> np.ndarray:
-    """Return a column of the report: numbers (NaN for empty cells) or texts."""
+    """Return a column of the report as numbers (NaN for empty cells) or strings."""
     if any(isinstance(value, int | float) for value in values):
         return np.array([np.nan if value == "" else float(value) for value in values])
     return np.array([str(value) for value in values])

@@ -1,4 +1,4 @@
-"""Further synthetic populations: a figure's tables for each show how much results vary with the sample of people."""
+"""Further synthetic populations, whose results show how much a figure varies with the sample of people."""
 
 from __future__ import annotations
 
@@ -20,7 +20,10 @@ from pipeline.studies.study import NoSweep, Sweep, SweepInputs, Tables
 
 
 def count(experiment: Experiment) -> int:
-    """Return the number of further populations of a figure; 0 if its sweep reads clips, which are not stored."""
+    """Return the number of further populations of a figure.
+
+    The number is 0 if the figure's sweep reads clips, because the clips of populations are not stored.
+    """
     data, figure = experiment.data, experiment.figure
     if not isinstance(data, SyntheticPeople) or not figure.traits.over_people or experiment.sweep.reads_clips:
         return 0
@@ -28,7 +31,7 @@ def count(experiment: Experiment) -> int:
 
 
 def tables(experiment: Experiment, store: Store) -> Tables:
-    """Return the tables of all further populations, such as ``table_populations``; empty without such populations.
+    """Return the tables of all further populations, such as ``table_populations``; empty if there are none.
 
     Training and test people vary together.  The figure's sweep is replaced by `Sweep.of_populations`.
     """
@@ -71,7 +74,7 @@ def _without_intervals(table: pd.DataFrame, number: int) -> pd.DataFrame:
 def sweep_population(
     experiment: Experiment, store: Store, number: int, *, shown: bool = False
 ) -> list[Stored[Any]]:
-    """Return the results of the sweep's parts on one population: those that tables need, all if `shown`."""
+    """Return the sweep's results on one population: the parts that tables need, or all parts if `shown`."""
     model, clips = experiment.model, ingest.run(experiment, store, number)
 
     @cache
@@ -103,7 +106,10 @@ def sweep_population(
 def inputs_of(
     experiment: Experiment, number: int, store: Store, *, shown: bool = False
 ) -> FigureInputs[Any, Any, Any]:
-    """Return the inputs of the figure for one population; a model that no table needs is learnt only if `shown`."""
+    """Return the inputs of the figure for one population.
+
+    A model that no table needs is only learnt if the figure shows this population (`shown`).
+    """
     model, sweep, workers = experiment.model, experiment.sweep, experiment.workers if shown else 1
     clips = ingest.run(experiment, store, number).value
     samples = experiment.dataset.build(clips, workers=workers)

@@ -1,4 +1,4 @@
-"""Synthetic population that a figure shows: the one with the median error, with the range over all populations."""
+"""Choice of the synthetic population that a figure shows: the population with the median error."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def displayed_population(inputs: Inputs, store: Store) -> tuple[Inputs, Tables]:
 
 
 def _median_population(experiment: Experiment, all_tables: Tables) -> int:
-    """Return the population with the median error by `Traits.ranked_by`; the lower of two medians."""
+    """Return the number of the population whose error (`Traits.ranked_by`) is the median, or the lower median."""
     name, column = experiment.figure.traits.ranked_by
     rows = all_tables[f"{name}_populations"]
     if "method" in rows:  # the first method ranks
@@ -43,7 +43,7 @@ def _median_population(experiment: Experiment, all_tables: Tables) -> int:
 
 
 def _with_range(figure: Figure, table: pd.DataFrame, each: pd.DataFrame, population: int) -> pd.DataFrame:
-    """Return the table of one population with intervals that are ranges over all populations.
+    """Return the table of one population, with the ranges over all populations as intervals.
 
     The ranked column gets an interval too.  The other populations may have fewer values of the abscissa: distances of
     the ends from this population's curve are interpolated between these.

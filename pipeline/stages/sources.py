@@ -1,4 +1,4 @@
-"""Source code behind a figure: that of the package, of plug-ins and of users' files."""
+"""Source code that a figure depends on: modules of the package, of plug-ins and of users' files."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pipeline.studies.experiment import Experiment
 
 
 def used_plugins(experiment: Experiment, folder: Path) -> list[dict[str, str]]:
-    """Return the plug-ins that a figure used, and copy users' files next to its tables."""
+    """Return the plug-ins that a figure used, and copy the users' files into the figure's folder."""
     options = (experiment.dataset, experiment.model, experiment.sweep, experiment.figure)
     modules = [*(type(option).__module__ for option in options), *experiment.sweep.modules()]
     for file in experiment.plugins:
@@ -21,7 +21,7 @@ def used_plugins(experiment: Experiment, folder: Path) -> list[dict[str, str]]:
 
 
 def figure_code(experiment: Experiment) -> str:
-    """Return the digest of the sources of tables, picture and recording."""
+    """Return the digest of the source code that computes the tables, picture and recording of a figure."""
     drawing = ("pipeline.pictures.picture", "pipeline.recordings.recording")
     modules = (*experiment.sweep.modules(), *modules_of_files(experiment.plugins))
     return sources_digest([type(experiment.figure).__module__, *modules, *drawing])

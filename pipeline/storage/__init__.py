@@ -1,1 +1,1 @@
-"""Artefacts, published figures, archives and tables on disk: written atomically, hashed, verified when read."""
+"""Artefacts, published figures, archives and tables on disk: written atomically, hashed, and verified when read."""

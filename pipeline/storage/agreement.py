@@ -1,4 +1,4 @@
-"""Tolerances for tables that are computed again, and the comparison with the tables of an archive.
+"""Tolerances for recomputed tables, and comparison of recomputed tables with the tables of an archive.
 
 A light archive states the tolerances in ``digits.csv``: for each table the relative difference that is allowed for
 every number.  Text and the order of rows and columns must be equal.
@@ -23,16 +23,16 @@ ANSWERS = ("agreement", "beyond_baseline")
 """Columns of ``claims.csv`` that are compared exactly."""
 
 TIMING = "table_timing"
-"""Name of tables with durations on one machine, which are not compared and which no claim uses."""
+"""Name prefix of tables with run times on one machine; these tables are not compared and no claim uses them."""
 
 DIRECT = (
     "zhang2004_fig2", "zhang2004_fig3", "zhang2004_fig4", "zhang2007_fig2", "zhang2007_fig3", "zhang2007_fig4",
     "zhang2007_fig5", "mozerov2006_fig",
 )  # fmt: skip
-"""Name prefixes of the figures whose numbers need no search and no iterative refinement."""
+"""Name prefixes of the figures whose numbers are computed without a search and without iterative refinement."""
 
 CLOSED_FORM, SEARCHED = 1e-5, 1e-3
-"""Relative tolerance of figures without and with iterative methods.
+"""Relative tolerance of figures computed without iterative methods, and of figures computed with them.
 
 The differences between two BLAS kernels at full scale were at most 1.7e-7 (zhang2007_fig3, zhang2004_fig3) and 7.9e-5
 (zhang2007_fig6, park2011_fig3c).  The tests measure smoke tables over eight kernels.
@@ -43,12 +43,12 @@ ABSOLUTE_TOLERANCE = 1e-6
 
 
 Alike = Callable[[str, str, Table, Table], tuple[Table, Table]]
-"""Function of figure name, table name, archived columns and new columns; it returns the columns to compare."""
+"""Type of a function of figure name, table name, archived and new columns that returns the columns to compare."""
 
 
 @dataclass(frozen=True)
 class Agreement:
-    """Agreement of a table that was computed again with the archived one.
+    """Agreement of a recomputed table with the archived table.
 
     Attributes
     ----------
@@ -78,20 +78,20 @@ def tolerance(figure: str) -> float:
 
 
 def rule(folder: Path) -> dict[str, float]:
-    """Return the relative tolerance for each table in a figure's folder, by name of the table."""
+    """Return the relative tolerance for each table in a figure's folder, by table name."""
     names = sorted({path.name.removesuffix(".gz") for path in folder.glob("table*.csv*")})
     return {name: tolerance(folder.name) for name in names if not name.startswith(TIMING)}
 
 
 def write_rule(folder: Path, figures: Iterable[str]) -> None:
-    """Write ``digits.csv`` with the tolerances for all tables of figures, whose folders are in `folder`."""
+    """Write ``digits.csv``, the tolerances for all tables of the figures whose folders are in `folder`."""
     rows = [(figure, *item) for figure in sorted(figures) for item in rule(folder / figure).items()]
     names = ("figure", "table", "relative_difference_allowed")
     tables.write(folder / DIGITS, tables.of_rows(names, rows))
 
 
 def compare_again(kept: Path, made: Path, alike: Alike | None = None) -> list[Agreement]:
-    """Compare the tables and verdicts of a figure that was computed again with those in an archive.
+    """Compare the tables and verdicts of a recomputed figure with those in an archive.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ def compare_again(kept: Path, made: Path, alike: Alike | None = None) -> list[Ag
 
 
 def _stated(kept: Path) -> dict[str, float]:
-    """Return the tolerance that the archive's ``digits.csv`` states for each table of a figure."""
+    """Return the tolerance for each table of a figure, from the archive's ``digits.csv``."""
     path, stated = kept.parent / DIGITS, {}
     for row in tables.read_rows(path) if path.is_file() else ():
         if row["figure"] == kept.name:
@@ -154,7 +154,7 @@ def _compared(kept: Path, made: Path, name: str, most: float, alike: Alike | Non
 
 
 def _verdicts(kept: Path, made: Path, most: float) -> Agreement:
-    """Compare the values of claims within the largest tolerance of the figure's tables, and verdicts exactly."""
+    """Compare the values of claims, within the largest tolerance of the figure's tables, and the verdicts, exactly."""
     before, now = (
         {row["claim"]: row for row in tables.read_rows(_there(folder, CLAIMS))} for folder in (kept, made)
     )
@@ -184,6 +184,6 @@ def _verdicts(kept: Path, made: Path, most: float) -> Agreement:
 
 
 def _there(folder: Path, name: str) -> Path:
-    """Return the path of a table, or of its compressed form if only that exists."""
+    """Return the path of a table, or of the compressed table if only the compressed table exists."""
     path = folder / name
     return path if path.is_file() else path.with_name(f"{name}.gz")

@@ -22,7 +22,7 @@ from pipeline.validation import InvalidInput, is_relative, require_name
 CHECKSUMS = "SHA256SUMS"
 
 Files = dict[str, Path | bytes]
-"""Files of an archive by name: the path of each, or its content."""
+"""Files of an archive by name: each as the path of a file to copy, or as its content."""
 
 
 def keep(
@@ -100,7 +100,7 @@ def write_files(folder: Path, files: Files) -> None:
 
 
 def seal(publication: Publication, facts: Mapping[str, Any]) -> dict[str, int]:
-    """Write an archive's list of checksums, set the facts of its manifest, and return each file's size in bytes."""
+    """Write an archive's list of checksums, set the content of its manifest, and return each file's size in bytes."""
     folder = publication.folder
     files = {path.relative_to(folder).as_posix(): path for path in folder.rglob("*") if path.is_file()}
     sums = "".join(f"{folders.file_digest(files[name])}  {name}\n" for name in sorted(files))
@@ -138,7 +138,7 @@ def traced_files(
     current: Collection[str] = (),
     scale: str = "full",
 ) -> Files:
-    """Return the files of an archive other than its figures, after checking that every figure can be traced.
+    """Return the files of an archive other than the figures, after checking that each figure's origin is documented.
 
     The manifest of each figure must state its ``scale`` and, as ``provenance``, the facts of `provenance.provenance`.
 
@@ -219,7 +219,7 @@ def verify(archive: Path) -> list[str]:
 
 
 def _not_sealed(archive: Path, sums: dict[str, str]) -> list[str]:
-    """Return a complaint if the manifest of an archive is damaged or differs from the list of checksums."""
+    """Return a complaint if an archive's manifest is damaged or contradicts the list of checksums; else empty."""
     try:
         files = folders.read_manifest(archive)["files"].items()
     except InvalidInput as complaint:
@@ -230,7 +230,7 @@ def _not_sealed(archive: Path, sums: dict[str, str]) -> list[str]:
 
 
 def check_figure(folder: Path, *, commit: str, lock: Path, scale: str, current: bool) -> None:
-    """Raise InvalidInput unless a folder has a finished figure of this scale, made with this lock file.
+    """Raise InvalidInput unless a folder has a finished figure of the given scale, made with the given lock file.
 
     The figure must come from this commit, or be `current`: this commit's sources would reproduce it.  An empty scale
     stands for any.
@@ -277,12 +277,12 @@ def check_figure(folder: Path, *, commit: str, lock: Path, scale: str, current: 
 
 
 def _listed(folder: Path) -> list[str]:
-    """Return the names of the files that a figure's manifest lists, and that of the manifest."""
+    """Return the names of the files that a figure's manifest lists, and the name of the manifest itself."""
     return [*sorted(folders.read_manifest(folder)["files"]), folders.MANIFEST]
 
 
 def _read_sums(archive: Path) -> dict[str, str]:
-    """Return the sha256 of each file, by its name in the archive."""
+    """Return the sha256 of each file, by file name, from the archive's list of checksums."""
     sums = {}
     content = read_file(archive / CHECKSUMS, subject="the list of checksums")
     text = content.decode("utf-8", errors="replace")

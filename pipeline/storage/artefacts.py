@@ -1,4 +1,4 @@
-"""Artefacts, the results of stages, as folders: reading, packing, and differences between two of them."""
+"""Artefacts (the results of stages) as folders: reading, packing, and differences between two artefacts."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ from pipeline.validation import InvalidInput
 ARRAYS = "arrays.npz"
 
 _KINDS = "biufcUSV"
-"""Kinds of numpy data types that are stored without pickle."""
+"""NumPy's codes of the kinds of data types that can be stored without pickle."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Artefact:
-    """Result of a stage, computed or found in the cache.
+    """Result of a stage, computed now or read from the cache.
 
     Attributes
     ----------
@@ -61,22 +61,22 @@ class Artefact:
 
     @property
     def name(self) -> str:
-        """Name of the folder: stage and key."""
+        """Name of the artefact's folder: stage and key."""
         return f"{self.stage}-{self.key}"
 
     @property
     def facts(self) -> dict[str, Any]:
-        """Part of the figure's manifest on this artefact."""
+        """Entry for this artefact in a figure's manifest."""
         return {"key": self.key, "content": self.content}
 
 
 def content_digest(manifest: Mapping[str, Any]) -> str:
-    """Return the digest of the arrays and notes of an artefact, from its manifest."""
+    """Return the digest of an artefact's arrays and notes, computed from the artefact's manifest."""
     return digest(compact([manifest["files"][ARRAYS]["sha256"], manifest["notes"]]))[:16]
 
 
 class Damaged(Exception):
-    """Error for an artefact whose files differ from what was written.
+    """Error for an artefact whose files differ from the files that were written.
 
     Parameters
     ----------
@@ -89,7 +89,10 @@ class Damaged(Exception):
 
 
 def read_artefact(folder: Path) -> Artefact | None:
-    """Return the verified artefact in a folder, None if the folder does not exist; raise `Damaged` if it differs."""
+    """Return the verified artefact in a folder; None if the folder does not exist.
+
+    Raises `Damaged` if the artefact differs from its manifest.
+    """
     if not folder.is_dir():
         return None
     try:
@@ -115,7 +118,7 @@ def read_artefact(folder: Path) -> Artefact | None:
 
 
 def fixed(arrays: Mapping[str, Any], stage: str) -> Mapping[str, np.ndarray]:
-    """Return arrays as read-only views, with the memory layout that they will have when read from disk."""
+    """Return arrays as read-only views, with the same memory layout as if they were read from disk."""
     fixed_arrays = {}
     for name, value in arrays.items():
         array = np.asarray(value)
@@ -153,7 +156,7 @@ def packed(arrays: Mapping[str, np.ndarray]) -> bytes:
 
 
 def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
-    """Return the differences between the origins of two artefacts of a stage, as phrases."""
+    """Return the differences between the origins of two artefacts of the same stage, as phrases."""
     changes = []
     if before["code"] != now["code"]:
         changes.append("code changed")
@@ -171,7 +174,7 @@ def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
 
 
 def _leaves(value: Any, path: str) -> dict[str, str]:
-    """Return the JSON text of every value that is not a mapping, by dotted path."""
+    """Return the JSON text of each value in nested mappings, by dotted path."""
     if isinstance(value, dict):
         return {k: v for name, part in value.items() for k, v in _leaves(part, f"{path}.{name}").items()}
     return {path: json.dumps(value)}

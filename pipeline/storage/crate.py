@@ -15,11 +15,11 @@ from pipeline.storage.sealed_folders import file_digest
 
 SBOM = "sbom.cdx.json"
 _MAX_LICENCE = 80
-"""Maximum number of characters of a licence's name."""
+"""Maximum number of characters of the name of a licence."""
 
 
 def bill_of_materials(lock: Path, commit: str) -> bytes:
-    """Return the installed packages on which the program depends, directly or not, as CycloneDX 1.6.
+    """Return the bill of materials (CycloneDX 1.6): the installed packages that the program needs, even indirectly.
 
     Versions, licences and dependencies are those of the environment.  The digests of the packages' files are only in
     the lock file, which the bill names with its digest.
@@ -71,7 +71,7 @@ def bill_of_materials(lock: Path, commit: str) -> bytes:
 
 
 def _requirements() -> list[str]:
-    """Return what the program and its extra ``papers`` require, without conditions on extras."""
+    """Return the requirements of the program and of its extra ``papers``, without conditions on extras."""
     if content := project():
         return [*content["dependencies"], *content["optional-dependencies"]["papers"]]
     stated = (
@@ -81,7 +81,7 @@ def _requirements() -> list[str]:
 
 
 def _installed(requirements: Sequence[str]) -> list[str]:
-    """Return the normalised names of requirements that are installed, sorted; those of an extra are left out."""
+    """Return the sorted, normalised names of installed requirements; requirements of extras are left out."""
     names = set()
     for each in requirements:
         if "extra ==" not in each and (name := re.match(r"[A-Za-z0-9._-]+", each)):
@@ -99,7 +99,7 @@ def _purl(name: str) -> str:
 
 
 def _licences(name: str) -> dict[str, Any]:
-    """Return the licence that a package states: an SPDX expression, classifiers, or the first line of a text."""
+    """Return the licence that a package declares: an SPDX expression, classifiers, or the first line of a text."""
     stated: Any = metadata.metadata(name)
     if expression := stated.get("License-Expression"):
         return {"licenses": [{"expression": expression}]}
@@ -136,7 +136,7 @@ def crate(
     date: str,
     commit: str,
 ) -> dict[str, Any]:
-    """Return the metadata of an archive: every file, and for each figure the run that made its files.
+    """Return the metadata of an archive: each file, and for each figure the run that produced the figure's files.
 
     Parameters
     ----------

@@ -33,12 +33,12 @@ def _version(package: str) -> str:
 
 
 def versions(packages: Sequence[str]) -> dict[str, str]:
-    """Return the installed version of each package, or ``not installed``."""
+    """Return the installed version of each package; ``not installed`` for a missing package."""
     return {package: _version(package) for package in packages}
 
 
 def _git(*arguments: str) -> str | None:
-    """Return the output of a git command in the project, None if the command fails or git is not installed."""
+    """Return the output of a git command in the project folder; None if the command fails or git is not installed."""
     try:
         answer = subprocess.run(
             ["git", "-C", str(PROJECT), *arguments],
@@ -82,7 +82,7 @@ def provenance() -> dict[str, Any]:
 
 
 def used_plugins(modules: Iterable[str], files: Iterable[str]) -> list[dict[str, str]]:
-    """Return the plug-ins and users' files that modules use, in the form of a manifest's entries.
+    """Return the plug-ins and users' files that the given modules use, as entries of a manifest.
 
     The entry of an installed plug-in states distribution, version and the sha256 of the sources used; that of a user's
     file states the sha256 of its content.
@@ -101,7 +101,7 @@ def used_plugins(modules: Iterable[str], files: Iterable[str]) -> list[dict[str,
 
 
 def require_plugins(used: Sequence[Mapping[str, str]], where: object) -> list[str]:
-    """Return the paths of the loaded users' files whose content equals that of the files a result used.
+    """Return the paths of the loaded users' files that have the same content as the files behind a result.
 
     Raises
     ------
@@ -125,11 +125,11 @@ def require_plugins(used: Sequence[Mapping[str, str]], where: object) -> list[st
 
 
 FOLDERS = {"mirror", "raw", "path"}
-"""Options of data whose values are folders on this machine."""
+"""Names of the data options whose values are folders on this machine."""
 
 
 def without_paths(configuration: dict[str, Any]) -> dict[str, Any]:
-    """Return the configuration with the paths of folders and files reduced to their names."""
+    """Return the configuration with each path of a folder or file replaced by its last component."""
     data = dict(configuration["data"])
     for option in FOLDERS & {name for name, value in data.items() if value}:
         data[option] = Path(data[option]).name

@@ -28,12 +28,12 @@ from pipeline.storage.sealed_folders import (
 from pipeline.validation import InvalidInput
 
 Replace = bool | Callable[[bytes], bool]
-"""Permission to replace a file: a truth value, or a function of the present content."""
+"""Permission to replace a file: True, False, or a function of the file's present content."""
 
 
 @dataclass
 class Publication:
-    """Publication in progress.
+    """Publication that is being prepared.
 
     Attributes
     ----------
@@ -84,7 +84,7 @@ def publish(folder: Path, *, having: str = "") -> Iterator[Publication]:
 
 @contextmanager
 def new_file(path: Path, *, replace: Replace = False, sources: Iterable[str | Path] = ()) -> Iterator[Path]:
-    """Yield a temporary path; the file that the ``with`` block writes there is synced to disk and renamed to `path`.
+    """Yield a temporary path; the file written there in the ``with`` block is synced and renamed to `path`.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def new_file(path: Path, *, replace: Replace = False, sources: Iterable[str | Pa
 
 
 def require_new(path: Path, *, replace: Replace = False, sources: Iterable[str | Path] = ()) -> None:
-    """Raise InvalidInput unless a file may be written; the parameters are those of `new_file`.
+    """Raise InvalidInput unless the file at `path` may be written; the parameters are the same as for `new_file`.
 
     Raises
     ------

@@ -30,7 +30,7 @@ from pipeline.validation import InvalidInput, is_relative
 
 MANIFEST = "manifest.json"
 TYPE = "<type>"
-"""Key of the class name in a canonical form, so that classes with equal fields differ."""
+"""Key of the class name in the canonical form; it distinguishes classes with equal fields."""
 
 CANNOT_WRITE = {
     errno.ENOSPC,
@@ -43,7 +43,7 @@ CANNOT_WRITE = {
     errno.EINTR,
 }
 FULL = {errno.ENOTEMPTY, errno.EEXIST}
-"""Error numbers of a rename onto a folder that is not empty."""
+"""Error numbers that a rename raises if the target folder is not empty."""
 _ONE_DAY_S = 86400.0
 
 
@@ -63,7 +63,7 @@ class _Provenance(TypedDict, total=False):
 
 
 class _FigureFacts(TypedDict, total=False):
-    """Entries of a figure's manifest, with their types."""
+    """Types of the entries of a figure's manifest."""
 
     figure: str
     paper: str
@@ -78,7 +78,7 @@ class _FigureFacts(TypedDict, total=False):
 
 
 class _Facts(_FigureFacts, total=False):
-    """Entries of a figure's manifest, and those of an artefact's."""
+    """Types of the entries of a figure's manifest and of an artefact's manifest."""
 
     code: str
     inputs: dict[str, str] | list[str]
@@ -95,11 +95,11 @@ class _Manifest(_Facts):
 
 FIGURE = ("figure", "data", "scale", "configuration", "provenance")
 ARTEFACT = ("stage", "key", "notes", "options", "inputs", "code", "libraries")
-"""Required entries in the manifest of a figure, and in that of an artefact."""
+"""Names of the required entries in a figure's manifest, and in an artefact's manifest."""
 
 
 def _process_space() -> str:
-    """Return six hexadecimal digits that identify the space of process numbers: machine, boot and container.
+    """Return six hexadecimal digits that identify the space of process ids: machine, boot and container.
 
     Two containers may share a host name and a folder of results, but have separate process numbers.
     """
@@ -112,14 +112,14 @@ def _process_space() -> str:
 
 
 _HERE = _process_space()
-"""Part of the names of temporary folders, which may be on a shared disk."""
+"""Part of the names of temporary folders that identifies the space of process ids, since disks may be shared."""
 _TEMPORARY = re.compile(r"\.(tmp|old)-(\d+)-([0-9a-f]{6})[0-9a-f]{8}(?:-(.+))?")
-"""Names of temporary folders, and of those that were put aside: kind, process, machine, name of the folder."""
+"""Pattern of the names of temporary folders and replaced folders: kind, process id, machine, folder name."""
 _live_temporaries: set[str] = set()
 
 
 def canonical(value: Any, where: str = "options") -> Any:
-    """Return the canonical form of a value as plain JSON types; a dataclass keeps the name of its class.
+    """Return a value as plain JSON types in canonical form; for a dataclass, the form contains the class name.
 
     Raises
     ------
@@ -195,7 +195,7 @@ def sync(folder: Path) -> None:
 
 
 def write_manifest(folder: Path, facts: Mapping[str, Any]) -> None:
-    """Write ``manifest.json`` with some facts, the size and sha256 of every file, and a digest of itself (the seal)."""
+    """Write ``manifest.json``: the facts, size and sha256 of every file, and a digest of the manifest (the seal)."""
     files = {}
     for path in sorted(p for p in folder.rglob("*") if p.is_file() and p != folder / MANIFEST):
         sync(path)
@@ -253,14 +253,17 @@ def read_manifest(folder: Path, needed: Iterable[str] = ()) -> dict[str, Any]:
 
 
 def is_sealed(folder: Path) -> bool:
-    """Return whether a folder has a sealed manifest."""
+    """Return True if a folder has a sealed manifest."""
     with suppress(InvalidInput):
         return bool(read_manifest(folder))
     return False
 
 
 def _edition(folder: Path) -> tuple[int, ...]:
-    """Return the identity and times of a folder, which change with every replacement or new entry; empty if missing."""
+    """Return values that change whenever a folder is replaced or gets a new entry; empty if it is missing.
+
+    The values are the folder's device, inode and times.
+    """
     try:
         state = folder.lstat()
     except (FileNotFoundError, NotADirectoryError):
@@ -269,7 +272,7 @@ def _edition(folder: Path) -> tuple[int, ...]:
 
 
 def require_replaceable(folder: Path, *, having: str = "") -> None:
-    """Raise InvalidInput unless a path is free, an empty folder, or a folder with a sealed manifest.
+    """Raise InvalidInput unless a path does not exist, or is an empty folder or a folder with a sealed manifest.
 
     Parameters
     ----------
@@ -308,7 +311,7 @@ def require_replaceable(folder: Path, *, having: str = "") -> None:
 
 
 def complaints_about(folder: Path, *, hashes: bool = True, needed: Iterable[str] = ()) -> list[str]:
-    """Return the differences of a folder from its sealed manifest, one phrase each; an empty list if there are none.
+    """Return the differences between a folder and its sealed manifest, one phrase each; empty if there are none.
 
     Parameters
     ----------
@@ -347,7 +350,7 @@ def visible(folder: Path, pattern: str) -> list[Path]:
 
 @contextmanager
 def temporary_folder(parent: Path) -> Iterator[Path]:
-    """Yield a new folder inside `parent`, and remove it afterwards unless it was renamed."""
+    """Yield a new folder inside `parent`; after the ``with`` block, remove it unless it was renamed."""
     path = parent / f".tmp-{_tag()}"
     _live_temporaries.add(path.name)
     try:
@@ -402,7 +405,7 @@ def swap_in(temporary: Path, folder: Path) -> None:
 
 
 def _not_listed(folder: Path) -> list[str]:
-    """Return the relative names of files and folders that the manifest of a published folder does not list.
+    """Return the relative names of the files and folders in a published folder that its manifest does not list.
 
     The function repeats until manifest and files belong together: another process may publish the folder in between.
     """
@@ -418,7 +421,7 @@ def _not_listed(folder: Path) -> list[str]:
 
 
 def _names_except(folder: Path, ours: set[str]) -> Iterator[str]:
-    """Yield the relative names of the entries of a folder, except the files in `ours`; raise OSError if unreadable."""
+    """Yield the relative names of a folder's entries, except the files in `ours`; raise OSError if unreadable."""
     parents = {parent.as_posix() for name in ours for parent in PurePosixPath(name).parents}
 
     def walk(inside: Path) -> Iterator[str]:
@@ -438,7 +441,10 @@ def _names_except(folder: Path, ours: set[str]) -> Iterator[str]:
 
 
 def _retire(aside: Path, folder: Path) -> None:
-    """Move the unlisted files of an older publication to `folder`; if all could be moved, delete the rest."""
+    """Move the unlisted files of a replaced folder to `folder`, and delete the replaced folder.
+
+    If a file cannot be moved, the replaced folder is not deleted.
+    """
     with suppress(OSError):
         for name in _not_listed(aside):
             if os.path.lexists(folder / name):
@@ -453,7 +459,7 @@ def _tag() -> str:
 
 
 def remove_stale(parent: Path) -> None:
-    """Remove the temporary folders of killed runs, and restore the folders that these runs had renamed."""
+    """Remove the temporary folders of killed runs, and restore the folders that those runs had moved away."""
     with suppress(OSError):
         for path in list(parent.iterdir()):
             left = _TEMPORARY.fullmatch(path.name)
@@ -473,7 +479,10 @@ def remove_stale(parent: Path) -> None:
 
 
 def _is_alive(pid: int) -> bool:
-    """Return whether another process with this number runs; folders of this process are in `_live_temporaries`."""
+    """Return True if another process with this process id is running.
+
+    Folders of the present process are listed in `_live_temporaries`.
+    """
     if pid == os.getpid():
         return False
     with suppress(OSError):  # a zombie process does not run
@@ -489,7 +498,7 @@ def _is_alive(pid: int) -> bool:
 
 @contextmanager
 def writing(target: Path, *, only: set[int] | None = None) -> Iterator[None]:
-    """Raise InvalidInput for an OSError in the ``with`` block; with `only`, just for these error numbers."""
+    """Convert an OSError in the ``with`` block to InvalidInput; with `only`, convert just the given error numbers."""
     try:
         yield
     except OSError as error:

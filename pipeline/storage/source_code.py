@@ -1,4 +1,4 @@
-"""Digests of source code: of a module and all modules of the package and of plug-ins that it imports.
+"""Digests of source code: of a module, and of all modules of the package and of plug-ins that it imports.
 
 The key of an artefact contains the digest of the sources that its study imports.  A change in other modules therefore
 does not invalidate it.  The digest ignores comments and docstrings.
@@ -14,11 +14,11 @@ from pipeline.plugins import edition, source_of
 from pipeline.storage.sealed_folders import digest
 
 Code = tuple[str, frozenset[tuple[str, str]]]
-"""Digest of a module's syntax tree, and the imported names, each with its module."""
+"""Digest of a module's syntax tree, and pairs of a module and a name that is imported from it."""
 
 
 def sources_digest(modules: Iterable[str]) -> str:
-    """Return the sha256 of the sources of modules and of all modules that they import, directly or indirectly.
+    """Return the sha256 of the sources of modules, including all modules that they import directly or indirectly.
 
     Parameters
     ----------
@@ -30,7 +30,10 @@ def sources_digest(modules: Iterable[str]) -> str:
 
 
 def reached(modules: Iterable[str]) -> set[str]:
-    """Return modules and all modules of the package and of plug-ins that they import, directly or indirectly."""
+    """Return the given modules and all modules that they import directly or indirectly.
+
+    Only modules of the package and of plug-ins are included.
+    """
     reached: set[str] = set()
     waiting = [name for name in modules if source_of(name)]
     while waiting:
@@ -90,7 +93,7 @@ def _parsed(content: bytes) -> Code:
 
 
 def _absolute(module: str, package: str) -> str:
-    """Return the absolute name of a module that is imported, perhaps relatively, in a package."""
+    """Return the absolute name of an imported module; the import in `package` may be relative."""
     dots = len(module) - len(module.lstrip("."))
     if not dots:
         return module

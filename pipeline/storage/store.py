@@ -1,4 +1,4 @@
-"""Store of artefacts, which are found by a key, written atomically, and verified when read.
+"""Store of artefacts: found by a key, written atomically, and verified when read.
 
 An *artefact* is the result of a stage: named arrays and notes, in ``cache/<stage>-<key>/`` as ``arrays.npz`` and
 ``manifest.json``.  The key is a digest of everything on which the artefact depends: options, sources, numerical
@@ -49,17 +49,17 @@ from pipeline.storage.sealed_folders import (
 from pipeline.validation import InvalidInput
 
 _KEYED_LIBRARIES = ("numpy", "scipy", "pandas", "numba")
-"""Libraries that compute; a new version of any of them changes every key."""
+"""Libraries that compute results; a new version of any of them changes the key of every artefact."""
 _UNREADABLE = (OSError, ValueError, KeyError, TypeError, AttributeError)
-"""Errors that a missing or damaged manifest may raise."""
+"""Errors that reading a missing or damaged manifest may raise."""
 _LOCK = ".lock-"
-"""Prefix of the names of lock files, next to the artefacts."""
+"""Prefix of the names of lock files, which are in the same folder as the artefacts."""
 
 
 Compute = Callable[[], tuple[Mapping[str, Any], Mapping[str, Any]]]
-"""Function that computes the arrays and notes of an artefact."""
+"""Type of a function that computes the arrays and notes of an artefact."""
 Fits = Callable[[Artefact], object]
-"""Function that raises InvalidInput for an artefact that does not fit the result type of its stage."""
+"""Type of a function that raises InvalidInput for an artefact that does not fit the result type of its stage."""
 
 
 class Store:
@@ -103,7 +103,7 @@ class Store:
             remove_unheld(self.cache, f"{_LOCK}*")
 
     def forgetful(self) -> Store:
-        """Return a copy of the store with an empty memory, so that its artefacts can be freed together with it."""
+        """Return a copy of the store with empty memory; deleting the copy frees the artefacts that it has read."""
         other = copy.copy(self)
         other._memory = {}
         return other
@@ -186,7 +186,7 @@ class Store:
         return made_from, digest(compact(made_from))[:16]
 
     def _planned(self, made_from: dict[str, Any], key: str) -> Artefact:
-        """Return the artefact of a dry run, without arrays.
+        """Return the artefact of a dry run, which has no arrays.
 
         Its content digest is that in the cache, or the earlier one if the key is the same.  Otherwise it is unknown,
         and so are the keys of later stages.
@@ -208,7 +208,7 @@ class Store:
 
     @contextmanager
     def _alone(self, name: str) -> Iterator[None]:
-        """Hold the lock of an artefact during the ``with`` block."""
+        """Hold the exclusive lock of an artefact during the ``with`` block."""
         if self._waiting is None:
             yield
             return
@@ -219,7 +219,7 @@ class Store:
             yield
 
     def _found(self, folder: Path, fits: Fits) -> tuple[Artefact | None, str]:
-        """Return an artefact from the cache or None, and the damage of an artefact that was set aside."""
+        """Return an artefact from the cache or None, and a message if a damaged artefact was moved away."""
         try:
             if artefact := read_artefact(folder):
                 fits(artefact)
@@ -248,7 +248,7 @@ class Store:
         return Artefact(stage, key, content, arrays, notes, True, why)
 
     def _why(self, made_from: dict[str, Any]) -> str:
-        """Return the differences from the most similar artefact of the same stage, as the reason to compute."""
+        """Return the reason to compute an artefact: its differences from the most similar artefact of the stage."""
         candidates: list[tuple[int, float, list[str]]] = []
         for path in sorted(self.cache.glob(f"{made_from['stage']}-*/{MANIFEST}")):
             with suppress(*_UNREADABLE):  # damage is reported when the artefact is read
@@ -261,7 +261,7 @@ class Store:
         return "; ".join(phrases) or "the artefact was removed"
 
     def _place(self, folder: Path, content: bytes, facts: Mapping[str, Any]) -> Artefact | None:
-        """Write an artefact; return the one of another process if that was faster, else None."""
+        """Write an artefact and return None; if another process wrote the same artefact first, return that artefact."""
         with writing(folder):
             while True:
                 with temporary_folder(self.cache) as temporary:

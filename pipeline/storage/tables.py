@@ -1,4 +1,4 @@
-"""Tidy tables as CSV: one row per observation, units in the column names, equal bytes for equal numbers.
+"""Tidy tables as CSV: one row per observation, units in column names, equal bytes for equal numbers.
 
 Rows of another length than the header are rejected, since padding would shift or invent values.  A text that a
 spreadsheet would run as a formula is written with an apostrophe in front, and read without it.
@@ -25,7 +25,7 @@ from pipeline.validation import InvalidInput, harmless
 
 _INTEGER, _NUMBER = r"(?:0|-?[1-9]\d{0,17})", r"(?:-?(?:0|[1-9]\d*)(?:\.\d+)?(?:e[+-]?\d+)?|-?inf|)"
 _NO_INTEGER, _NO_NUMBER = (re.compile(rf"^(?!{cell}$)", re.MULTILINE) for cell in (_INTEGER, _NUMBER))
-"""Patterns for a line of text that is not an integer, and not a number."""
+"""Patterns that find a line that is not an integer, and a line that is not a number."""
 _SHOWN_DIFFERENCES = 10
 _ROWS_AT_A_TIME = 50_000
 _MAX_COLUMNS = 10_000
@@ -101,7 +101,7 @@ def renew(
     sort_by: Sequence[str],
     replace: Replace = True,
 ) -> None:
-    """Write rows into a table, where they replace its stale rows.
+    """Write rows into a table; the new rows replace the table's stale rows.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def renew(
 
 
 def of_rows(names: Sequence[str], rows: Sequence[Sequence[Any]]) -> dict[str, list[Any]]:
-    """Return a table, as columns by name, from rows of cells."""
+    """Return a table (columns by name) built from rows of cells."""
     return {name: [row[n] for row in rows] for n, name in enumerate(names)}
 
 
@@ -146,7 +146,7 @@ def read(path: Path, *, sha256: str | None = None) -> dict[str, np.ndarray]:
 
 
 def read_published(folder: Path) -> dict[str, dict[str, np.ndarray]]:
-    """Return the tables of a published figure by name (``table``, ``table_walkers``, …), each as from `read`.
+    """Return the tables of a published figure by name (``table``, ``table_walkers``, …), each read as by `read`.
 
     Raises
     ------
@@ -162,7 +162,7 @@ def read_published(folder: Path) -> dict[str, dict[str, np.ndarray]]:
 
 
 def read_rows(path: Path) -> list[dict[str, str]]:
-    """Return the rows of a table, each cell as text.
+    """Return the rows of a table, with every cell as text.
 
     Raises
     ------
@@ -174,13 +174,13 @@ def read_rows(path: Path) -> list[dict[str, str]]:
 
 
 Table = Mapping[str, np.ndarray]
-"""Columns by name, each (N,)."""
+"""Table as columns by name; each column is an array (N,)."""
 
 
 def compare(
     first: Path | Table, other: Path | Table, *, relative: float = 1e-6, absolute: float = 1e-9
 ) -> list[str]:
-    """Return the first differing cells of two tables, one sentence each; an empty list if the tables agree.
+    """Return the first cells that differ between two tables, one sentence each; empty if the tables agree.
 
     Numbers agree within ``absolute + relative * max(|a|, |b|)``, and NaN agrees with NaN.  Text and the order of
     columns and rows must be equal.
@@ -208,7 +208,7 @@ def compare(
 def relative_differences(
     first: Path | Table, other: Path | Table, *, absolute: float = 1e-9
 ) -> dict[str, float]:
-    """Return the smallest ``relative`` at which `compare` accepts each column; infinite if no value does.
+    """Return, for each column, the smallest ``relative`` at which `compare` finds no difference; infinite if none.
 
     Raises
     ------
@@ -230,7 +230,7 @@ def _unlike(a: Table, b: Table) -> str:
 
 
 def needed(a: np.ndarray, b: np.ndarray, absolute: float) -> np.ndarray:
-    """Return the relative tolerance at which each cell of two columns agrees; 0 where equal, infinite if never."""
+    """Return the relative tolerance at which each pair of cells agrees; 0 for equal cells, infinite if never."""
     if a.dtype.kind not in "if" or b.dtype.kind not in "if":
         return np.where(a.astype(str) == b.astype(str), 0.0, np.inf)
     with np.errstate(invalid="ignore", divide="ignore"):  # infinity minus infinity, zero over zero
@@ -290,25 +290,28 @@ def _column(name: str, values: Any, where: str) -> np.ndarray:
 
 
 def _escaped(text: str) -> str:
-    """Return a text with an apostrophe in front if a spreadsheet would run it, ignoring leading apostrophes."""
+    """Return a text, with an apostrophe in front if a spreadsheet would interpret the text as a formula.
+
+    Apostrophes at the beginning of the text are ignored in this test.
+    """
     bare = text.lstrip("'")
     return text if harmless(bare) == bare else f"'{text}"
 
 
 def _restored(text: str) -> str:
-    """Return the original of a text from `_escaped`."""
+    """Return the original text that `_escaped` was applied to."""
     return text[1:] if text[:1] == "'" and _escaped(text[1:]) != text[1:] else text
 
 
 def _lines(rows: Iterable[Iterable[Any]]) -> bytes:
-    """Return rows in CSV format."""
+    """Return rows as the bytes of a CSV file."""
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows(rows)
     return text.getvalue().encode()
 
 
 def _written(array: np.ndarray) -> list[Any]:
-    """Return the cells of a column for CSV: floats with ten significant digits, NaN as an empty cell."""
+    """Return the cells of a column for CSV: floats have ten significant digits, NaN is an empty cell."""
     if array.dtype.kind != "f":
         return list(array.tolist())
     cells = ["%.10g" % value for value in array.tolist()]  # noqa: UP031 - a third quicker than f-strings
@@ -324,7 +327,7 @@ def _cell(value: Any) -> str:
 
 
 def _cells(path: Path, sha256: str | None = None) -> dict[str, Sequence[str]]:
-    """Return the columns of a CSV file, each cell as text, after checking that rows and header have equal length."""
+    """Return the columns of a CSV file with every cell as text, after checking that all rows have equal length."""
     content = packed = read_file(path, subject="the table")
     if path.suffix == ".gz":
         content = unpacked(packed, path, subject="the table")
@@ -389,7 +392,7 @@ def _cells(path: Path, sha256: str | None = None) -> dict[str, Sequence[str]]:
 
 
 def _typed(cells: Sequence[str]) -> np.ndarray:
-    """Return a column as an array of the narrowest type for all its cells."""
+    """Return a column as an array of the narrowest type that fits all its cells."""
     lines = "\n".join(cells)
     # A single search over all cells takes a fifth of the time of a search per cell.
     if lines.count("\n") == len(cells) - 1:

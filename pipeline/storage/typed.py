@@ -25,12 +25,12 @@ _SHAPES = re.compile(r"^(\w+(?:, \w+)*) : (\(.*)$", re.MULTILINE)
 
 
 def result_type(method: Callable[..., Any]) -> type:
-    """Return the dataclass in the return annotation of a function."""
+    """Return the dataclass that is the return annotation of a function."""
     return typing.get_type_hints(method)["return"]
 
 
 def pack(value: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-    """Return the arrays of a dataclass by path, and all its other values as a tree.
+    """Return the arrays of a dataclass by path, and its other values as a tree.
 
     Parameters
     ----------
@@ -77,12 +77,12 @@ def pack(value: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
 
 
 def _is_table(part: Any) -> bool:
-    """Return whether a value or type is a DataFrame, by its attributes, since the store does not import pandas."""
+    """Return True if a value or type is a DataFrame, judged by its attributes: the store does not import pandas."""
     return hasattr(part, "iloc")
 
 
 def _parts(part: Any) -> dict[str, Any] | None:
-    """Return the fields of a dataclass, or the items of a mapping with arrays or dataclasses; None for other values."""
+    """Return the parts of a dataclass (fields) or a mapping with arrays or dataclasses (items); None for others."""
     if dataclasses.is_dataclass(part) and not isinstance(part, type):
         return {field.name: getattr(part, field.name) for field in dataclasses.fields(part)}
     if isinstance(part, Mapping) and any(
@@ -94,7 +94,7 @@ def _parts(part: Any) -> dict[str, Any] | None:
 
 @cache
 def _axes(kind: type) -> dict[str, tuple[list[str], bool]]:
-    """Return for each array of a dataclass its axes and whether it contains text, as its docstring states."""
+    """Return, for each array of a dataclass, the documented axes, and True if the array contains text."""
     axes_by_name: dict[str, tuple[list[str], bool]] = {}
     for base in reversed(kind.__mro__):
         for field, words in _SHAPES.findall(inspect.cleandoc(vars(base).get("__doc__") or "")):
@@ -107,7 +107,7 @@ def _axes(kind: type) -> dict[str, tuple[list[str], bool]]:
 
 
 def _require_axes(name: str, array: np.ndarray, axes: list[str], text: bool, sizes: dict[str, int]) -> None:
-    """Raise InvalidInput if an array has other axes or another type (text, numbers) than documented.
+    """Raise InvalidInput if an array differs in axes or type (text, numbers) from the documentation.
 
     Arrays of nested dataclasses may have an additional first axis.  Axes named by a letter, ``N`` or ``N + 1``, have
     the same size in all arrays of a dataclass; the function adds new letters to `sizes`.
@@ -160,7 +160,7 @@ def unpack(kind: Any, arrays: Mapping[str, np.ndarray], notes: Any) -> Any:
 
 
 def _unpacked(kind: Any, arrays: Mapping[str, np.ndarray], notes: Any, path: str) -> Any:
-    """Return the part of a dataclass at a path."""
+    """Return the part at a path of a dataclass, rebuilt from arrays and notes."""
     optional, kind = type(None) in typing.get_args(kind), required(kind)
     origin: Any = typing.get_origin(kind) or kind
     stacked = origin in (float, int, bool) and path in arrays and arrays[path].dtype.kind in "biuf"

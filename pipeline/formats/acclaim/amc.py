@@ -25,13 +25,13 @@ from pipeline.formats.text import read_numbers
 from pipeline.skeleton.recorded import MotionCapture
 
 FRAME_RATE_HZ = 120.0
-"""Frame rate of the public AMC recordings; the format does not store it."""
+"""Frame rate, Hz, assumed for AMC files, which do not store it: the rate of the public AMC recordings."""
 
 _FRAME_NUMBER = re.compile(r"^[ \t]*(\d{1,9})[ \t]*$", re.MULTILINE)
 
 
 def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
-    """Read positions of the bone ends from an AMC file and its skeleton, in the file's axes.
+    """Read the positions of the bone ends from an AMC file and its skeleton file, in the file's axes.
 
     Parameters
     ----------
@@ -121,12 +121,12 @@ def skeleton_of(path: Path) -> Path:
 
 
 def _number(path: Path) -> str:
-    """Number at the beginning of a file name, without leading zeros; empty if there is no number."""
+    """Return the number at the beginning of a file name, without leading zeros; empty if there is no number."""
     return str(re.findall("^0*([0-9]*)", path.stem)[0])
 
 
 def _header(header: str, radians: float, where: str, notes: list[str]) -> float:
-    """Radians per unit of angle of the motion; unused header lines are noted."""
+    """Return the factor from the file's unit of angle to radians, and add a note for each unused header line."""
     for line in filter(None, map(str.strip, header.split("\n"))):
         if not line.startswith(":"):
             raise damaged(
@@ -146,7 +146,9 @@ def _header(header: str, radians: float, where: str, notes: list[str]) -> float:
 
 
 def _values(body: str, skeleton: AsfSkeleton, where: str) -> tuple[int, np.ndarray]:
-    """Number of the first frame and values (T, C) of the skeleton's channels, with bones in any order.
+    """Return the number of the first frame, and the values (T, C) of the skeleton's channels.
+
+    The bones may be in any order within a frame.
 
     Raises
     ------

@@ -66,7 +66,7 @@ class AsfSkeleton:
 
     @property
     def channels(self) -> list[tuple[str, str]]:
-        """Bone and degree of freedom of each of the C channels, bone by bone, e.g. ``("lfemur", "rx")``."""
+        """Bone and degree of freedom of each of the C channels, sorted by bone, e.g. ``("lfemur", "rx")``."""
         of_points = zip(self.names, self.freedoms, strict=True)
         return [(name, freedom) for name, freedoms in of_points for freedom in freedoms]
 
@@ -164,7 +164,7 @@ def read_skeleton(path: Path, *, units: str | None = None) -> AsfSkeleton:
 
 
 def forward_kinematics(skeleton: AsfSkeleton, values: np.ndarray) -> np.ndarray:
-    """Positions of the root and of the distal ends of the bones, from joint angles.
+    """Return the positions of the root and of the distal ends of the bones, computed from joint angles.
 
     Parameters
     ----------
@@ -203,7 +203,7 @@ def forward_kinematics(skeleton: AsfSkeleton, values: np.ndarray) -> np.ndarray:
 def _tree(
     hierarchy: list[list[str]], names: list[str], where: str
 ) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    """Index of the parent of each point, and the indices of the points with parents before children."""
+    """Return the index of each point's parent, and the indices of all points sorted so that parents come first."""
     location = f"{where}, :hierarchy"
     index = {name.lower(): p for p, name in enumerate(names)}
     parents = [-1] * len(names)
@@ -245,7 +245,7 @@ def _tree(
 
 
 def _freedoms(words: list[str], where: str, *, root: bool = False) -> tuple[str, ...]:
-    """Degrees of freedom in the order of the file, after checks."""
+    """Return the degrees of freedom of a bone or the root in the order of the file, after validation."""
     freedoms = tuple(word.lower() for word in words)
     allowed = TURNS + SHIFTS if root else TURNS
     if len(set(freedoms) & set(allowed)) != len(freedoms):
@@ -261,7 +261,7 @@ def _freedoms(words: list[str], where: str, *, root: bool = False) -> tuple[str,
 
 
 def _rotation(angles_rad: np.ndarray, words: list[str], where: str) -> np.ndarray:
-    """Rotation matrix (3, 3) of an ``axis`` line, which has three angles for x, y, z and their order."""
+    """Return the rotation matrix (3, 3) of an ``axis`` line, which contains three angles and the order of the axes."""
     order = "".join(words).lower()
     if sorted(order) != ["x", "y", "z"]:
         raise damaged(
@@ -282,11 +282,11 @@ _COMMENT = re.compile(r"#(?<!\S#)[^\n]*")  # not inside a word: `-1.#IND` is a b
 _KEYS = ["name", "direction", "length", "axis", "dof", "order", "position", "orientation", "angle"]
 
 _Words = dict[str, list[str]]
-"""Words of the lines of a section, by the first word of each line."""
+"""Lines of a section, split into words: the first word is the key, the other words are the value."""
 
 
 def read_sections(path: Path) -> tuple[_Words, _Words, list[_Words], list[list[str]]]:
-    """Split an ASF file into the words of its units, its root, each bone, and each line of its hierarchy.
+    """Split an ASF file into words: the sections of units and root, each bone, and each line of the hierarchy.
 
     Raises
     ------
@@ -333,6 +333,6 @@ def read_sections(path: Path) -> tuple[_Words, _Words, list[_Words], list[list[s
 
 
 def text_without_comments(path: Path) -> tuple[str, list[str]]:
-    """Read the text of an ASF or AMC file without comments, and the notes of `read_text`."""
+    """Return the text of an ASF or AMC file without comments, and the notes of `read_text`."""
     text, notes = read_text(path)
     return _COMMENT.sub("", text), notes

@@ -30,7 +30,7 @@ _CHANNEL = re.compile(r"([xyz])(position|rotation)", re.IGNORECASE)
 
 @dataclass
 class Joint:
-    """Joint or end site of the hierarchy; `line` is its first line in the file.
+    """Joint or end site of the hierarchy; `line` is the line of the file at which it begins.
 
     Channels are ``tx ty tz rx ry rz`` in the order of the file.
     """
@@ -44,7 +44,7 @@ class Joint:
 
 
 def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
-    """Read positions of the joints and end sites from a BVH file, in the file's axes.
+    """Read the positions of the joints and end sites from a BVH file, in the file's axes.
 
     Parameters
     ----------
@@ -136,7 +136,7 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
 
 
 def _motion_header(lines: list[str], motion: int, where: str) -> tuple[int, str, int]:
-    """Declared number of frames, frame time as text, and index of the first line of numbers."""
+    """Return the declared number of frames, the frame time as text, and the index of the first line of numbers."""
     values: list[str] = []
     for i in range(motion + 1, len(lines)):
         if not lines[i].strip():
@@ -159,7 +159,10 @@ def _motion_header(lines: list[str], motion: int, where: str) -> tuple[int, str,
 
 
 def _rows(lines: list[str], first: int, labels: list[str], where: str) -> tuple[list[int], list[str]]:
-    """Line number of each frame, and the words of all frames, after a check of their number per frame."""
+    """Return the line number of each frame, and the words of all frames.
+
+    Raises InvalidInput if a frame has the wrong number of words.
+    """
     rows = [k for k in range(first, len(lines)) if lines[k].strip()]
     if not rows or not labels:
         raise damaged(
@@ -187,7 +190,7 @@ def _rows(lines: list[str], first: int, labels: list[str], where: str) -> tuple[
 
 
 def forward_kinematics(joints: Sequence[Joint], offsets_mm: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Positions of joints and end sites, from joint angles.
+    """Return the positions of joints and end sites, computed from joint angles.
 
     Parameters
     ----------
@@ -298,7 +301,7 @@ def read_hierarchy(lines: list[str], where: str) -> tuple[list[Joint], int]:
 
 
 def _prefix_names(joints: list[Joint]) -> None:
-    """Put the number of the root and a colon in front of each name, if several roots share joint names."""
+    """Prefix each name with the number of its root and a colon, if several roots have joints with the same name."""
     if len({joint.name for joint in joints}) == len(joints):
         return
     root = 0
@@ -316,7 +319,7 @@ def _new_joint(
     location: str,
     number: int,
 ) -> Joint:
-    """Joint or end site under the parent whose brace is open."""
+    """Return a new joint or end site, as a child of the joint whose brace is open."""
     if (key == "ROOT") == (parent >= 0):
         side = "inside" if parent >= 0 else "outside"
         raise damaged(

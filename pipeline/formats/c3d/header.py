@@ -1,4 +1,4 @@
-"""Header block of a C3D file, and decoding of numbers for the processor that wrote it."""
+"""Header block of a C3D file, and decoding of numbers in the byte order of the processor that wrote the file."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ class Header:
 
     processor: int
     parameters_at: int
-    """First byte of the parameter section."""
+    """Position of the first byte of the parameter section."""
     parameter_blocks: int
     points: int
     analog: int
-    """Number of analog samples of all channels per frame of points."""
+    """Number of analog samples per frame of points, summed over all channels."""
     analog_per_channel: int
     first: int
     last: int
@@ -85,12 +85,15 @@ def read_header(data: bytes, where: str) -> Header:
 
 
 def integers(raw: bytes, processor: int, *, signed: bool = False) -> np.ndarray:
-    """Decode 2N bytes as 16-bit integers (N,), as float64; counts are unsigned, coordinates signed."""
+    """Decode 2N bytes as 16-bit integers and return them as float64 (N,).
+
+    Counts are unsigned, coordinates are signed.
+    """
     return np.frombuffer(raw, f"{_BYTE_ORDER[processor]}{'i' if signed else 'u'}2").astype(float)
 
 
 def floats(raw: bytes, processor: int) -> np.ndarray:
-    """Decode 4N bytes as 32-bit floats (N,), as float64."""
+    """Decode 4N bytes as 32-bit floats and return them as float64 (N,)."""
     if processor != _DEC:
         with np.errstate(invalid="ignore"):  # a signalling NaN in a damaged file
             return np.frombuffer(raw, f"{_BYTE_ORDER[processor]}f4").astype(float)

@@ -22,7 +22,7 @@ class Layout:
     """Division of the data section into frames."""
 
     start: int
-    """First byte of the data section."""
+    """Position of the first byte of the data section."""
     points: int
     analog: int
     frames: int
@@ -31,12 +31,12 @@ class Layout:
 
     @property
     def stride(self) -> int:
-        """Bytes per frame, including analog samples."""
+        """Bytes per frame, including the frame's analog samples."""
         return self.width * (4 * self.points + self.analog)
 
     @property
     def needed(self) -> int:
-        """Bytes of all frames."""
+        """Total number of bytes of all frames."""
         return self.frames * self.stride
 
 
@@ -136,7 +136,10 @@ def _either(counts: list[int]) -> str:
 
 
 def _trial_frames(parameters: Parameters) -> float:
-    """Number of frames from TRIAL:ACTUAL_START_FIELD to ACTUAL_END_FIELD (low word, high word); 0 if absent."""
+    """Return the number of frames from TRIAL:ACTUAL_START_FIELD to ACTUAL_END_FIELD; 0 if either is absent.
+
+    Each of the two parameters is a low and a high 16-bit word.
+    """
     ends = [parameters.numbers(f"TRIAL:ACTUAL_{end}_FIELD")[:2] for end in ("START", "END")]
     if not all(ends):
         return 0

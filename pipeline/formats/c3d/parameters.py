@@ -39,7 +39,7 @@ class Parameters:
         return self.section[begin:end]
 
     def numbers(self, key: str) -> list[float]:
-        """Finite values of a numeric parameter, with integers read as unsigned; empty if the parameter is absent."""
+        """Return the finite values of a numeric parameter, integers read as unsigned; empty if it is absent."""
         kind = self.entries[key][0] if key in self.entries else 0
         if kind not in (1, 2, 4):
             return []
@@ -48,7 +48,7 @@ class Parameters:
         return [float(value) for value in values if math.isfinite(value)]
 
     def texts(self, key: str) -> list[str]:
-        """Strings of a text parameter without trailing blanks; empty if the parameter is absent."""
+        """Return the strings of a text parameter without trailing blanks; empty if the parameter is absent."""
         if key not in self.entries or self.entries[key][0] != -1:
             return []
         length, *counts = self.entries[key][1] or (1,)
@@ -68,7 +68,7 @@ def _text(raw: bytes) -> str:
 
 
 def read_parameters(data: bytes, header: Header, where: str, notes: list[str]) -> Parameters:
-    """Read the parameters of a C3D file; repeated parameters are noted.
+    """Read the parameters of a C3D file, and add a note if a parameter is repeated.
 
     Raises
     ------

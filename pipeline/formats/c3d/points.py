@@ -77,7 +77,10 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
 
 
 def _unit(parameters: Parameters, where: str, units: str | None, notes: list[str]) -> tuple[str, float, bool]:
-    """Unit of length by option or file, its size in millimetres, and True if neither states it."""
+    """Return the unit of length (option or file), its size in millimetres, and True if the unit is only assumed.
+
+    Millimetres are assumed if neither the option nor the file states a unit.
+    """
     declared = unit_of((parameters.texts("POINT:UNITS") or [""])[0])
     unit = units or declared or "mm"
     millimetres = millimetres_in(unit, f"{where}, POINT:UNITS")
@@ -89,7 +92,7 @@ def _unit(parameters: Parameters, where: str, units: str | None, notes: list[str
 def _segments(
     data: bytes, header: Header, parameters: Parameters, where: str, units: str | None, notes: list[str]
 ) -> MotionCapture:
-    """Read the segment origins of a file without points."""
+    """Read the segment origins of a file that contains no points."""
     segments = segment_origins(data, header, parameters, where)
     if segments is None:
         message = "the file declares no points and no segments"
@@ -110,7 +113,7 @@ def _segments(
 
 
 def _scale(header: Header, parameters: Parameters, where: str) -> float:
-    """Length of a step of integer coordinates, in the unit of the file; negative for files with floats."""
+    """Return the length of one step of integer coordinates, in the file's unit; negative for files with floats."""
     scale = (parameters.numbers("POINT:SCALE") or [header.scale])[0]
     agrees = math.isfinite(header.scale) and (header.scale < 0) == (scale < 0)
     if agrees and scale > 0:
@@ -129,7 +132,7 @@ def _scale(header: Header, parameters: Parameters, where: str) -> float:
 def _rate(
     header: Header, parameters: Parameters, where: str, notes: list[str], option: float | None
 ) -> float:
-    """Frames per second: POINT:RATE, which must agree with the header within 1 %.
+    """Return the frame rate, Hz: POINT:RATE, which must agree with the header within 1 %.
 
     If both are 0, the rate is that of the analog samples over their number per frame, or else the option.
     """
@@ -157,7 +160,10 @@ def _rate(
 
 
 def _labels(parameters: Parameters, points: int, notes: list[str]) -> tuple[str, ...]:
-    """Names of the points; LABELS stores at most 255, and LABELS2, LABELS3… continue the list."""
+    """Return the names of the points from POINT:LABELS and its continuations LABELS2, LABELS3….
+
+    Each of these parameters stores at most 255 names.
+    """
     labels = parameters.texts("POINT:LABELS")
     block = 2
     while len(labels) < points and f"POINT:LABELS{block}" in parameters.entries:

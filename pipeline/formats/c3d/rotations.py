@@ -1,4 +1,4 @@
-"""Segments of C3D files without points: 4 x 4 matrices, which markerless systems write instead of markers."""
+"""Segments of C3D files without points: 4 × 4 matrices, which markerless systems write instead of markers."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from pipeline.formats.c3d.parameters import Parameters
 from pipeline.formats.contract import LARGEST, damaged
 
 _NUMBERS = 17
-"""Numbers per matrix: sixteen elements, column by column, and the reliability."""
+"""Numbers per matrix: the sixteen elements, column by column, and a reliability."""
 
 
 def segment_origins(
     data: bytes, header: Header, parameters: Parameters, where: str
 ) -> tuple[list[str], np.ndarray, float] | None:
-    """Return names, origins (T, S, 3) in the file's unit, and frame rate of the segments; None without segments.
+    """Return the segments' names, origins (T, S, 3) in the file's unit, and frame rate, Hz; None without segments.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Readers of walks stored as Fourier series: average walkers with their axes, and ``mm`` files."""
+"""Readers of walks stored as Fourier series: average walkers with their attribute axes, and ``mm`` files."""
 
 from pipeline.formats.fourier_walks.average_walker import (
     AXES,

@@ -38,40 +38,40 @@ AXES = {
     "nervous": "nervousaxis",
     "happy": "happyaxis",
 }
-"""Names of the axes, and of their arrays in BMWalker.js."""
+"""Name of each axis, and the name of its array in BMWalker.js."""
 
 SOURCE = (
     "BMWalker.js 0.6.1, CC BY-NC-SA 4.0, copyright 2022 Tetsunori Nakayama and Nikolaus Troje:"
     " attribution, no commercial use, share alike"
 )
-"""Source and licence of BMWalker.js; a file with the name of its second author is recognised as BMWalker.js."""
+"""Source and licence of BMWalker.js, which is recognised by the name of its second author in the file."""
 
 _AUTHOR = "Nikolaus Troje"
 
 MAX_WORDS = 400
-"""Largest number of characters of a stated source; the rest is dropped."""
+"""Largest number of characters of the source that a file states; further characters are dropped."""
 
 OTHER_JSON = "run `reconstruct` on keypoints of a video; save 3D points as CSV: frame, time, joint, x, y, z"
 """Advice for a JSON file that is not an average walker."""
 
 MAX_VALUE = 6.0
-"""Largest value on an axis; BMWalker.js has the same bound."""
+"""Largest absolute value on an axis; BMWalker.js has the same bound."""
 
 _MAT_JOINTS = (
     "head", "right_wrist", "right_elbow", "right_shoulder", "sternum", "left_shoulder", "left_elbow", "left_wrist",
     "right_ankle", "right_knee", "right_hip", "pelvis", "left_hip", "left_knee", "left_ankle",
 )  # fmt: skip
-"""Order of the joints in the MAT file: three lines for head and trunk, arms, and legs."""
+"""Order of the joints in the MAT file."""
 
 _ROWS = 3 * len(WALKER15.joints)
 _COUNT = BLOCKS * (_ROWS + 1)
 _ASSUMED_PERIOD = RATE_HZ
-"""Period in frames of walkers whose file states no period: one stride per second."""
+"""Assumed stride period, frames, if a file states none: one stride per second."""
 
 
 @dataclass(frozen=True)
 class AverageWalker:
-    """Average walker, and the axes along which walkers differ from it.
+    """Average walker, and the axes of attributes (such as mood) along which walkers differ from the average.
 
     Attributes
     ----------
@@ -121,7 +121,7 @@ def average_walker(path: Path) -> AverageWalker:
 
 
 def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
-    """Read the average walker in BMWalker.js, or in JSON with its arrays, as a recording of several strides.
+    """Read the average walker in BMWalker.js, or in JSON with the same arrays, as a recording of several strides.
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
 
 
 def mean_walkers(path: Path) -> dict[str, FourierWalk]:
-    """Read the walkers in a MAT file, by the names of their matrices (45, 5); other matrices are ignored.
+    """Read the walkers in a MAT file by the names of their matrices (45, 5), and ignore other matrices.
 
     Columns are mean, sine 1, cosine 1, sine 2, cosine 2.  Rows are all x (to the right), all y (forwards), all z (up)
     of fifteen joints.  The file has no period: one stride per second is assumed.
@@ -168,7 +168,7 @@ def mean_walkers(path: Path) -> dict[str, FourierWalk]:
 
 
 def read_mat(path: Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
-    """Read a MAT file: walkers as Fourier series, each as a person, or markers.
+    """Read a MAT file: either markers, or walkers as Fourier series, which are returned as one person each.
 
     Parameters
     ----------
@@ -190,7 +190,7 @@ def read_mat(path: Path, *, frame_rate_hz: float | None = None, units: str | Non
 
 
 def _of_javascript(data: bytes, where: str) -> tuple[dict[str, np.ndarray], str]:
-    """Extract the arrays of the average walker and its axes from the text of BMWalker.js, and their source."""
+    """Return the arrays of the average walker and its axes from the text of BMWalker.js, and its source and licence."""
     text = data.decode("utf-8", "replace")
     named = {"mean": r"meanwalker\[0\]", **{axis: rf"{name}(?:\[0\])?" for axis, name in AXES.items()}}
     blocks = {}
@@ -207,7 +207,7 @@ def _of_javascript(data: bytes, where: str) -> tuple[dict[str, np.ndarray], str]
 
 
 def _of_json(data: bytes, where: str) -> tuple[dict[str, np.ndarray], str]:
-    """Extract the arrays of the average walker and its axes from JSON, and their ``source`` and ``terms``."""
+    """Return the arrays of the average walker and its axes from JSON, and the stated ``source`` and ``terms``."""
     content: Any = read_json(Path(where), content=data)
     axes = content.get("axes") if isinstance(content, dict) else None
     if not isinstance(axes, dict) or "mean_walker" not in content:
@@ -233,7 +233,7 @@ def _no_walker(where: str, name: str, advice: str = "") -> Exception:
 
 
 def _blocks(numbers: np.ndarray, name: str, where: str) -> np.ndarray:
-    """Reshape the numbers of an array to blocks (5, 46)."""
+    """Reshape the numbers of an array to five blocks (5, 46)."""
     if numbers.size != _COUNT or not np.isfinite(numbers).all():
         raise damaged(
             f"the array of {name} cannot be used",

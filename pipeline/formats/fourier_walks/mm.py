@@ -17,14 +17,14 @@ from pipeline.skeleton.recorded import MotionCapture
 from pipeline.validation import InvalidInput, require_range, require_shape
 
 _COLUMNS = [0, 2, 1, 4, 3]
-"""Columns of the file in the order p0, p1, q1, p2, q2; the inverse permutation is the same."""
+"""Column indices that put the file's columns into the order p0, p1, q1, p2, q2, and back (self-inverse)."""
 
 MAX_ROWS = 1000
-"""Largest number of rows; fifteen markers have 46."""
+"""Largest number of rows of an ``mm`` file; a file with fifteen markers has 46 rows."""
 
 
 def load(path: Path) -> tuple[FourierWalk, list[str]]:
-    """Read the walk in an ``mm`` file, and notes on its text.
+    """Read the walk in an ``mm`` file, and return it with notes on the file's text.
 
     Raises
     ------

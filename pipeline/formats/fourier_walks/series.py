@@ -16,19 +16,22 @@ from pipeline.skeleton import WALKER15
 from pipeline.skeleton.recorded import MotionCapture
 
 RATE_HZ = 120.0
-"""Frame rate (Hz) that periods and speeds refer to."""
+"""Frame rate, Hz, of the frames in which stride periods and speeds are stated."""
 
 BLOCKS = 5
-"""Number of coefficients: the mean, and sine and cosine of two harmonics."""
+"""Number of Fourier coefficients: the mean, and a sine and a cosine for each of two harmonics."""
 
 STRIDES, FRAMES_A_STRIDE = 16, 16
-"""Number of strides in the recording that a reader returns, and frames per stride; whole strides lose nothing."""
+"""Number of strides in the recording that a reader returns, and number of frames per stride.
+
+The recording has whole strides, from which the Fourier coefficients can be recovered exactly.
+"""
 
 SPACING_MM = 1000.0
-"""Distance between neighbouring people in a recording; without it all would be at the same position."""
+"""Distance between neighbouring people in a recording; without it, all would walk at the same position."""
 
 PERIODS = (12.0, 1200.0)
-"""Shortest and longest stride, in frames: 10 to 0.1 Hz."""
+"""Shortest and longest stride period, in frames (10 Hz and 0.1 Hz)."""
 
 
 @dataclass(frozen=True)
@@ -59,11 +62,11 @@ class FourierWalk:
 
     @property
     def speed_mm_s(self) -> float:
-        """Speed over the ground, mm/s; 0 if it is not known."""
+        """Walking speed over the ground, mm/s; 0 if it is not known."""
         return float(np.nan_to_num(self.speed * RATE_HZ))
 
     def positions(self, times_s: np.ndarray) -> np.ndarray:
-        """Return the positions (T, P, 3), mm, at times (T,), s, without forward motion."""
+        """Return the positions (T, P, 3), mm, at the given times (T,), s, without forward motion."""
         angle = 2.0 * np.pi * self.stride_hz * np.asarray(times_s)[:, None]
         waves = np.column_stack(
             [np.ones(len(angle)), *(f(h * angle) for h in (1, 2) for f in (np.sin, np.cos))]
@@ -72,19 +75,19 @@ class FourierWalk:
 
 
 def in_world(vectors: np.ndarray) -> np.ndarray:
-    """Transform vectors (…, 3) from the axes of the files to world axes: +y forwards, +x to the walker's right."""
+    """Transform vectors (…, 3) from the file's axes to world axes: +y forwards, +x to the walker's right."""
     forwards, left, up = np.moveaxis(vectors, -1, 0)
     return np.stack([-left, forwards, up], axis=-1)
 
 
 def from_world(vectors: np.ndarray) -> np.ndarray:
-    """Transform vectors (…, 3) from world axes to the axes of the files."""
+    """Transform vectors (…, 3) from world axes to the file's axes."""
     right, forwards, up = np.moveaxis(vectors, -1, 0)
     return np.stack([forwards, -right, up], axis=-1)
 
 
 def from_blocks(blocks: np.ndarray, where: str) -> FourierWalk:
-    """Build a walk from five blocks (5, 3 P + 1): all x, all y, all z, and a last number.
+    """Build a walk from five blocks (5, 3 P + 1): all x, all y, all z, and one further number.
 
     The last numbers of the first three blocks are period, size and speed.
 
@@ -110,13 +113,15 @@ def from_blocks(blocks: np.ndarray, where: str) -> FourierWalk:
 
 
 def marker_names(count: int) -> tuple[str, ...]:
-    """Names for markers, which the files do not store: fifteen markers are the papers' joints, in their order."""
+    """Return names for markers, which the files do not store; fifteen markers are the joints of the papers."""
     joints = WALKER15.joints
     return tuple(joints) if count == len(joints) else tuple(f"marker_{k + 1}" for k in range(count))
 
 
 def motion_of(walks: Mapping[str, FourierWalk], notes: Iterable[str], where: str) -> MotionCapture:
-    """Return walks as a recording of several strides; with several people, point names begin with the person's name.
+    """Return walks as a recording of several strides.
+
+    If there are several people, each point name begins with the name of its person.
 
     All walks get the period of the first one.  Several people walk side by side.
 

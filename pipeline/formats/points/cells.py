@@ -13,7 +13,7 @@ from pipeline.formats.text import read_numbers
 from pipeline.validation import require_range
 
 NOTHING = re.compile(r"|#?n/?a|none|null|missing|--?|-?nan\(.*\)|-?1[.,]#\w+|#[a-z/0]+[!?]", re.IGNORECASE)
-"""Spellings of a missing value, in addition to NaN, and of a value that a spreadsheet could not compute."""
+"""Pattern of a missing value (in addition to NaN) and of a value that a spreadsheet could not compute."""
 
 
 @dataclass
@@ -45,15 +45,15 @@ class Rows:
     settings: dict[str, float] = field(default_factory=dict)
 
     def place(self, row: int) -> str:
-        """File name and line number of a row."""
+        """Return the file name and line number of a row, for messages."""
         return f"{self.where}, line {self.lines[row]}"
 
     def texts(self, column: int) -> list[str]:
-        """Column (R,) as text without surrounding blanks."""
+        """Return the cells of a column (R,) as text without surrounding blanks."""
         return [row[column].strip() for row in self.cells]
 
     def numbers(self, columns: Sequence[int]) -> np.ndarray:
-        """Columns (R, C) as float64, NaN where a cell is empty, marked as missing, or beyond the end of the row."""
+        """Return columns as float64 (R, C); NaN if a cell is empty, marked as missing, or beyond the end of its row."""
         words = [row[c].strip() if c < len(row) else "" for row in self.cells for c in columns]
         if self.decimal_comma:
             words = [word.replace(",", ".") for word in words]
@@ -67,7 +67,7 @@ class Rows:
         return read_numbers(words, location).reshape(len(self.cells), len(columns))
 
     def column(self, column: int) -> np.ndarray:
-        """Column of numbers (R,).  Raises InvalidInput if a number is missing."""
+        """Return a column as numbers (R,).  Raises InvalidInput if a number is missing."""
         numbers = self.numbers([column])[:, 0]
         if np.isnan(numbers).any():
             location = self.place(int(np.isnan(numbers).argmax()))
@@ -80,7 +80,7 @@ class Rows:
 def positions_to_write(
     names: Sequence[str], positions_mm: np.ndarray, frame_rate_hz: float, where: str, *, distinct: bool
 ) -> np.ndarray:
-    """Return positions (T, P, 3) as float64 after a check that a table can store them without loss.
+    """Return positions as float64 (T, P, 3), after checking that a table can store them without loss.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Resampling of timed rows to frames at equal intervals; gaps become missing frames."""
+"""Resampling of rows with time stamps to frames at equal intervals; gaps become missing frames."""
 
 from __future__ import annotations
 
@@ -12,23 +12,29 @@ from pipeline.skeleton.complaint import Remark
 from pipeline.validation import InvalidInput
 
 MAX_INTERVAL = 2.5
-"""Longest interval, in typical intervals, that is interpolated; longer ones are gaps."""
+"""Longest interval between rows that is interpolated, as a multiple of the typical interval.
+
+Longer intervals are gaps.
+"""
 MAX_STEPS = 10_000
-"""Largest number of steps between rows that are used to estimate the rate."""
+"""Largest number of intervals between rows that are used to estimate the frame rate."""
 MAX_SPACING = 8
-"""Largest spacing of the rows whose frames are counted to estimate the rate."""
+"""Largest distance, in rows, between two rows whose time difference is used to estimate the frame rate."""
 MAX_ROW_FRAMES = 10
-"""Largest typical number of frames between uneven rows; a higher one contradicts the declared rate."""
+"""Largest typical number of frames between rows with non-uniform times; above it, the declared rate is rejected."""
 RATE_TOLERANCE = 0.01
-"""Largest relative difference between the rate of the times and the declared rate."""
+"""Largest relative difference between the frame rate of the times and the declared frame rate."""
 
 _UNITS = {"milliseconds": 1e3, "microseconds": 1e6, "ticks of 100 ns": 1e7, "nanoseconds": 1e9}
 MAX_STEP = {"milliseconds": 1.5e3, "microseconds": 5e4, "ticks of 100 ns": 2e6, "nanoseconds": np.inf}
-"""Longest step between frames for which times are assumed to be in a unit."""
+"""Longest interval between frames for each unit of time, in that unit.
+
+Times with longer intervals are in a smaller unit.
+"""
 
 
 def unit_of_times(step: float, declared_hz: float | None = None) -> tuple[str, float] | None:
-    """Return the unit of times that are not in seconds, and its number per second; None if it is ambiguous.
+    """Return the unit of times that are not in seconds, and the number of units per second; None if ambiguous.
 
     Parameters
     ----------
@@ -51,7 +57,7 @@ def at_equal_intervals(
     location: Callable[[int], str],
     notes: list[str],
 ) -> tuple[np.ndarray, float]:
-    """Return the frames (T', P, 3) at equal intervals, and their rate in hertz; changes are noted.
+    """Return frames (T', P, 3) at equal intervals, and their rate, Hz; changes are noted.
 
     Parameters
     ----------
@@ -91,7 +97,9 @@ def at_equal_intervals(
 def frames_of(
     times_s: np.ndarray, declared_hz: float | None, location: Callable[[int], str], notes: list[str]
 ) -> tuple[np.ndarray, float]:
-    """Return the frame number (T,) of each row from 0, fractional for uneven times, and the rate in hertz.
+    """Return the frame position (T,) of each row, from 0, and the frame rate, Hz.
+
+    Positions are fractional if the times are non-uniform.
 
     Parameters
     ----------
@@ -172,13 +180,13 @@ def frames_of(
 
 
 def _whole_frames(steps: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray]:
-    """Nearest whole number of frames (T,), at least 1, of steps in seconds, and its absolute error (T,) in frames."""
+    """Return time steps (T,), s, rounded to whole frames (T,), at least 1, and the absolute error (T,) in frames."""
     frames = np.maximum(np.round(steps * rate), 1)
     return frames, np.abs(steps * rate - frames)
 
 
 def _allowance(rounding: float, rate: float) -> float:
-    """Largest error of even times, in frames."""
+    """Return the largest rounding error, in frames, at which times count as uniform."""
     return 0.02 + 1.1 * rounding * rate
 
 
@@ -195,7 +203,7 @@ def _contradiction(location: Callable[[int], str], declared_hz: float, times_hz:
 
 
 def _rate(times_s: np.ndarray, rounding: float) -> float:
-    """Return the lowest rate, in hertz, at which most steps are close to whole frames.
+    """Return the lowest frame rate, Hz, at which most time steps are close to whole numbers of frames.
 
     Rates with frames hardly longer than the last printed digit are penalised, because any time is close to a frame.
     """
@@ -218,7 +226,7 @@ def _rate(times_s: np.ndarray, rounding: float) -> float:
 def _in_seconds(
     times: np.ndarray, declared_hz: float | None, location: Callable[[int], str], notes: list[str]
 ) -> np.ndarray:
-    """Times in seconds, after a check that they increase."""
+    """Return the times in seconds, after checking that they increase."""
     steps = np.diff(times)
     wrong = np.flatnonzero(~(steps > 0)) if np.isfinite(times[0]) else np.array([-1])
     if wrong.size:
@@ -247,7 +255,7 @@ def _in_seconds(
 
 
 def _rounding(times_s: np.ndarray) -> float:
-    """Return the value of the last printed digit of times, s; 0 with more than six decimals."""
+    """Return the value of the last decimal digit of times, s; 0 if they have more than six decimals."""
     for decimals in range(1, 7):
         if np.abs(np.round(times_s, decimals) - times_s).max() < 1e-9 * max(1.0, np.abs(times_s).max()):
             return float(10.0**-decimals)
@@ -255,7 +263,7 @@ def _rounding(times_s: np.ndarray) -> float:
 
 
 def _whole(exact: float, doubt: float) -> float:
-    """Round a rate to whole hertz, or to tenths, if the change is within the relative uncertainty."""
+    """Round a rate to whole hertz, or else to tenths, if the change is within the relative uncertainty `doubt`."""
     for candidate in (float(round(exact)), round(exact, 1)):
         if abs(candidate - exact) <= max(doubt, 1e-9) * exact:
             return candidate
@@ -263,7 +271,7 @@ def _whole(exact: float, doubt: float) -> float:
 
 
 def _interpolated(times: np.ndarray, positions: np.ndarray, grid: np.ndarray) -> np.ndarray:
-    """Interpolate positions at other times by cubic Hermite pieces with slopes from parabolas."""
+    """Interpolate positions at the times of a grid with cubic Hermite polynomials; parabolas give the slopes."""
     if len(times) < 3:
         slopes = np.repeat(np.diff(positions, axis=0) / (times[1] - times[0]), len(times), axis=0)
     else:

@@ -1,4 +1,4 @@
-"""Readers of tables exported by motion capture programs: a preamble, lines of titles, then numbers.
+"""Readers of tables exported by motion capture programs: a preamble, lines of titles, and numbers.
 
 Vicon Nexus (CSV, ``Trajectories``), Qualisys Track Manager (TSV, ``MARKER_NAMES``) and OptiTrack Motive (CSV,
 ``Format Version``) are recognised by their first lines.
@@ -22,7 +22,7 @@ from pipeline.skeleton.recorded import MotionCapture
 
 
 def exported(path: Path, frame_rate_hz: float | None, units: str | None) -> MotionCapture | None:
-    """Read a table exported by Nexus, QTM or Motive; return None for any other table.
+    """Read a table exported by Nexus, QTM or Motive; return None for other tables.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ class _Lines:
         *,
         zero_is_missing: bool = False,
     ) -> MotionCapture:
-        """Build the recording from the line `first` on.
+        """Build the recording from the lines that begin at index `first`.
 
         `columns` are x, y, z of each point, and `leading` has the column of ``frame`` or ``time``.  Lines may have as
         many cells as the last column needs, or `width` if that is larger.
@@ -131,7 +131,7 @@ class _Lines:
         return motion_capture(names, positions, rate, unit, self.notes)
 
     def _numbers(self, first: int, columns: list[int], last: int) -> np.ndarray:
-        """Numbers (T, C) from the line `first` to the next empty line, without a truncated last line."""
+        """Return the numbers (T, C) from line `first` to the next empty line; a truncated last line is dropped."""
         stop = next((k for k in range(first, len(self.cells)) if not any(self.cells[k])), len(self.cells))
         rows = self.cells[first:stop]
         is_truncated = stop == len(self.cells) and not self.ended
@@ -163,7 +163,7 @@ class _Lines:
 
 
 def _nexus(lines: _Lines, units: str | None) -> MotionCapture:
-    """Read an export of Vicon Nexus: the section Trajectories has lines of rate, names, titles, units, and numbers."""
+    """Read an export of Vicon Nexus: its section Trajectories has lines of rate, names, titles, units, and numbers."""
     starts = [k for k, row in enumerate(lines.cells) if row and row[0].lower() == "trajectories"]
     if not starts or starts[0] + 5 > len(lines.cells):
         raise damaged(
@@ -246,7 +246,10 @@ def _qualisys(lines: _Lines, frame_rate_hz: float | None, units: str | None) -> 
 
 
 def _optitrack(lines: _Lines, units: str | None) -> MotionCapture:
-    """Read an export of OptiTrack Motive: lines of types, names and kinds of columns; bones or markers are read."""
+    """Read bones or markers from an export of OptiTrack Motive.
+
+    The lines above the numbers state type, name and kind of each column.
+    """
     settings = dict(zip(lines.cells[0][::2], lines.cells[0][1::2], strict=False))
     at = next((k for k, row in enumerate(lines.cells) if row[:1] == ["Frame"]), 0)
     above = lines.cells[1:at]

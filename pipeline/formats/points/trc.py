@@ -57,7 +57,7 @@ _AXIS = re.compile(r"[XYZ]\d*", re.IGNORECASE)
 
 
 def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
-    """Read the markers of a TRC file, in the file's axes.
+    """Read the markers of a TRC file in the file's axes.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
 
 
 def read_table(path: Path) -> Table:
-    """Read the header and rows of a TRC file.  Raises as `read`."""
+    """Read the header and rows of a TRC file.  Raises the same exceptions as `read`."""
     where = path.name
     text, notes = read_text(path)
     lines = text.lstrip("\n").split("\n")
@@ -152,7 +152,7 @@ def read_table(path: Path) -> Table:
 
 
 def write(path: Path, names: Sequence[str], positions_mm: np.ndarray, frame_rate_hz: float) -> None:
-    """Write marker positions as TRC in millimetres, with all digits and blank cells for missing samples.
+    """Write marker positions as TRC in millimetres with all digits; cells of missing samples are blank.
 
     Parameters
     ----------
@@ -208,14 +208,14 @@ def _cells(line: str, separator: str | None) -> list[str]:
 
 
 def _settings(keys: list[str], values: list[str]) -> dict[str, str]:
-    """Settings of the header by their names in lower case, without blank columns."""
+    """Return the settings of the header by name (in lower case), without blank columns."""
     if sum(map(bool, keys)) == sum(map(bool, values)):
         keys, values = [key for key in keys if key], [value for value in values if value]
     return {key.lower(): value for key, value in zip(keys, values, strict=False) if key}
 
 
 def _rate(settings: dict[str, str], where: str) -> float | None:
-    """Frames per second that the header declares; None if it is missing or not above 0."""
+    """Return the frame rate, Hz, that the header declares; None if it is missing or not above 0."""
     written = settings.get("datarate", "")
     value = number(written.replace(",", ".")) if written else 0.0
     if not abs(value) < LARGEST:
@@ -231,7 +231,7 @@ def _rate(settings: dict[str, str], where: str) -> float | None:
 
 
 def _leave_out_cut(rows: Rows, ended: bool, declared: float) -> None:
-    """Drop a truncated last row: shorter than the others, or without a line end in a file with too few frames."""
+    """Drop a truncated last row: shorter than the other rows, or unfinished in a file with too few frames."""
     count = len(rows.cells)
     widest = max(map(len, rows.cells[:-1]), default=0)
     cut = count and (len(rows.cells[-1]) < widest or (not ended and count < declared))
@@ -243,7 +243,7 @@ def _leave_out_cut(rows: Rows, ended: bool, declared: float) -> None:
 def _markers(
     heading: list[str], axes: list[str], rows: Rows, declared: float
 ) -> tuple[tuple[str, ...], list[int]]:
-    """Names of the markers, and the columns of their numbers x, y, z."""
+    """Return the names of the markers, and the column indices of their coordinates x, y, z."""
     location = f"{rows.where}, line 4"
     if heading[0].lower().rstrip("#") != "frame" or len(heading) < 3:
         raise damaged(
@@ -308,5 +308,5 @@ def _markers(
 
 
 def _width(cells: list[str]) -> int:
-    """Number of cells up to the last cell that is not blank."""
+    """Return the number of cells up to and including the last cell that is not blank."""
     return max((k for k, cell in enumerate(cells, start=1) if cell), default=0)

@@ -1,4 +1,4 @@
-"""Reader and writer of tables of points with column titles (CSV), wide or long."""
+"""Reader and writer of tables of points in CSV format with column titles: wide or long tables."""
 
 from pipeline.formats.points.csv.positions import read, write
 

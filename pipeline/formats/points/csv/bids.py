@@ -1,4 +1,4 @@
-"""Column titles and frame rate of BIDS motion files (``*_motion.tsv``), from their two sidecar files."""
+"""Column titles and frame rate of BIDS motion files (``*_motion.tsv``), read from two sidecar files."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pipeline.formats.text import read_text
 from pipeline.validation import require_range
 
 _LEVELS = 4
-"""Number of folder levels in BIDS: dataset, person, session, motion."""
+"""Number of folder levels that BIDS uses: dataset, person, session, motion."""
 
 
 def sidecar_files(path: Path) -> list[Path]:
@@ -35,7 +35,9 @@ def sidecar_files(path: Path) -> list[Path]:
 
 
 def titles_and_rate(path: Path) -> tuple[str, float | None]:
-    """Return the missing line of column titles and the frame rate (Hz) of a BIDS file; empty for other tables.
+    """Return the column titles of a BIDS file as one line of text, and its frame rate, Hz.
+
+    For other tables, the line is empty and the rate is None.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Reader and writer of tables of points as text; the header decides between wide and long.
+"""Reader and writer of tables of points as text; the header determines if a table is wide or long.
 
 Wide: a column ``time`` or ``frame``, then three columns for each point: ``head_x, head_y, head_z``
 (``head.x``, ``head x``, ``head:x``, ``head-x``, ``HEAD_X`` and ``head_x_mm`` are read too).
@@ -36,7 +36,7 @@ from pipeline.validation import harmless
 
 
 def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
-    """Read the points of a table, plain or exported by Nexus, QTM or Motive, in the file's axes.
+    """Read the points of a table (plain, or exported by Nexus, QTM or Motive) in the file's axes.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
 def _frames(
     table: Rows, columns: Columns, rate_option: float | None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Times (T,) of the frames in seconds, first row of each frame, and frame index of each row (R,).
+    """Return the times (T,) of the frames, s, the first row of each frame, and the frame index of each row (R,).
 
     A frame is identified by its number, else by its time, else by its row.  In a wide table, a column such as
     `FrameNumber` may count something else: if its numbers repeat, the time identifies the frame.
@@ -149,7 +149,9 @@ def _frames(
 
 
 def _points(table: Rows, columns: Columns) -> tuple[tuple[str, ...], np.ndarray]:
-    """Names of the points (P,), and indices of the points in each row: (R, 1) in a long, (R, P') in a wide table.
+    """Return the point names (P,), and the indices of the points in each row.
+
+    The indices are (R, 1) for a long table and (R, P') for a wide table.
 
     With several people, point names begin with the person's name.
     """
@@ -183,7 +185,7 @@ def write(
     *,
     wide: bool = False,
 ) -> None:
-    """Write positions as a table in millimetres, with all digits and empty cells for missing samples.
+    """Write positions as a table in millimetres with all digits; cells of missing samples are empty.
 
     Parameters
     ----------

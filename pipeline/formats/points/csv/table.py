@@ -1,4 +1,4 @@
-"""Parsing of a table of points as text: rows, numbers, and the columns that the header names."""
+"""Parsing of a table of points as text: rows, numbers, and the columns identified by the header."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _DIGITS = {
     "ms": 3, "msec": 3, "millis": 3, "milliseconds": 3, "us": 6, "µs": 6, "usec": 6, "microseconds": 6, "ns": 9,
     "nanoseconds": 9,
 }  # fmt: skip
-"""Endings of time titles with parts of a second, and their number of decimal digits."""
+"""Titles of time columns in fractions of a second: ending of the title, and decimal digits of its unit in seconds."""
 _ROLES = {
     "time": {
         *(
@@ -47,15 +47,15 @@ _ROLES = {
     "unit": {"unit", "units"},
     "person": {"person", "personid", "subject", "subjectid", "track", "trackid"},
 }
-"""Titles of the columns that are not coordinates, by role, in lower case without blanks and underscores."""
+"""Titles of columns other than coordinates, by role; in lower case, without blanks and underscores."""
 UNSURE = re.compile(
     r"item|tempo|bone|(?:joint|.*point|landmark|marker|frame|person|subject|track)_?(?:id|idx|index|type|no|num.*)"
 )
-"""Titles that mean something else if another column has the same role."""
+"""Pattern of titles whose meaning is uncertain: such a column is ignored if another one has the same role."""
 _MAX_LINES_ABOVE = 50
-"""Largest number of lines of text above the header."""
+"""Largest number of text lines above the header."""
 _SETTING = re.compile(r"\W*([A-Za-z][\w ]*?) *[:=\t;,][:=\s;,]*([^\s;]+)")
-"""Name and value of a setting in a line above the header, such as ``Frames: 3``."""
+"""Pattern of a setting in a line above the header, such as ``Frames: 3``: its name and value."""
 _ZONE = re.compile(r"(Z|[+-]\d\d:?\d\d)$")
 _QUOTED = re.compile(r"(?<=[(\s])'([^']*)'(?=[,)])")
 _BRACKETED = re.compile(r"[ _.]?[(\[] *(\w+) *[)\]](?=$|[ _.]?[(\[])")
@@ -64,7 +64,7 @@ _SMOOTHED = re.compile(
     r"(?![^\W_])[\W_]*",
     re.IGNORECASE,
 )
-"""Words in a title for raw or smoothed numbers; the group matches words for smoothed numbers (preferred)."""
+"""Pattern of words in a title that mean raw or smoothed; the group matches only words for smoothed."""
 _POSITION = re.compile(r"[ _.](position|pos)$", re.IGNORECASE)
 _ROTATION = re.compile(r"[ _.](rotation|rot|euler)$", re.IGNORECASE)
 _WAYS = (
@@ -73,13 +73,13 @@ _WAYS = (
     r"(?P<point>.+?)(?:[ _.:-]t?)?(?P<axis>{0})",  # headX, head_tx
     r"(?P<point>.+)[ _.:-](?P<axis>[123])",  # head_1
 )
-"""Spellings of a point and its axis in a title, in the order of the search."""
+"""Patterns of a point and its axis in a title, in the order in which they are tried."""
 
 
 def coordinates(
     titles: Sequence[str], axes: Sequence[str] = "xyz", others: Sequence[str] = ()
 ) -> list[tuple[str, str, str, int]]:
-    """Return point, axis, unit of length and column of the titles that name a coordinate.
+    """Return point, axis, unit of length and column index for each title that names a coordinate.
 
     The spellings in `_WAYS` are compared in their order, up to the first one with a complete point.
 
@@ -122,14 +122,16 @@ def coordinates(
 
 
 def role_of(title: str) -> tuple[str, str]:
-    """Return the role of a column that is not a coordinate (else an empty string), and its title in lower case."""
+    """Return a column's role and its title in lower case; the role of a coordinate is an empty string."""
     plain = _BRACKETED.sub(r"_\1", title).lower().replace(" ", "_").lstrip("_%#").rstrip("._#")
     together = plain.replace("_", "")
     return next((role for role, titles in _ROLES.items() if together in titles), ""), plain
 
 
 def read_table(path: Path, titles: str = "") -> Rows:
-    """Read a table with cells separated by commas, semicolons, tabs or blanks, and optional text above it.
+    """Read a table whose cells are separated by commas, semicolons, tabs or blanks.
+
+    Lines of text may precede the table.
 
     `titles` is the line of titles for a file without one.  Titles in several lines are joined, for example points above
     their axes, or axes above their units.
@@ -196,7 +198,10 @@ def read_table(path: Path, titles: str = "") -> Rows:
 
 
 def _without_raw(header: list[str], notes: list[str]) -> list[str]:
-    """Remove the words for smoothed and raw from titles, and the titles of raw columns with a smoothed copy."""
+    """Remove the words for smoothed and raw from titles.
+
+    The titles of raw columns that also exist smoothed become empty.
+    """
     plain = {
         title: word.rstrip(" _.:-") if (word := _SMOOTHED.sub("", title)) != title else title
         for title in header
@@ -210,7 +215,10 @@ def _without_raw(header: list[str], notes: list[str]) -> list[str]:
 
 
 def _numbered(rows: list[list[str]]) -> list[list[str]]:
-    """Header and rows of a table with a name and three numbers per row; a repeated name begins a new frame."""
+    """Return header and rows of a table that has a name and three numbers per row, with frame numbers added.
+
+    A repeated name begins a new frame.
+    """
     table, joints, frame = [["frame", "joint", "x", "y", "z"]], set[str](), 0
     for row in rows:
         if row[0] in joints:
@@ -221,7 +229,7 @@ def _numbered(rows: list[list[str]]) -> list[list[str]]:
 
 
 def _begin(lines: list[str]) -> tuple[int, int, str]:
-    """First line of the header, its number of lines, and the separator of cells.
+    """Return the index of the header's first line, the number of header lines, and the separator of cells.
 
     The header ends above the first line with an equal number of numbers.  It extends upwards while a title is repeated.
     """
@@ -241,7 +249,10 @@ def _begin(lines: list[str]) -> tuple[int, int, str]:
 
 
 def _joined(rows: list[list[str]]) -> list[str]:
-    """Join titles in several lines; titles above the last line extend to the right, and blank ends are dropped."""
+    """Join the lines of titles that span several lines.
+
+    Titles above the last line extend to the right.  Blank titles at the end are dropped.
+    """
     joined = rows[-1]
     for row in rows[-2::-1]:
         before, above = "", []
@@ -260,17 +271,17 @@ def _holds_numbers(cells: list[str]) -> bool:
 
 @dataclass(frozen=True)
 class Columns:
-    """Content of the columns of a table."""
+    """Meaning of the columns of a table."""
 
     roles: dict[str, int]
-    """Columns that are not coordinates: ``time``, ``frame``, ``point``, ``unit``, ``person``."""
+    """Column index of each role other than coordinate: ``time``, ``frame``, ``point``, ``unit``, ``person``."""
     axes: dict[str, dict[str, int]]
-    """Columns x, y, z of each point; a long table has one point with the name ``""``."""
+    """Column indices of x, y, z for each point; a long table has one point with the name ``""``."""
     units: set[str]
 
 
 def read_header(table: Rows, *, rate_is_given: bool = False) -> Columns:
-    """Identify the content of the columns by their titles; columns that are not read are noted.
+    """Identify the meaning of the columns from their titles, and add a note about columns that are not read.
 
     Parameters
     ----------
@@ -362,7 +373,7 @@ def read_header(table: Rows, *, rate_is_given: bool = False) -> Columns:
 
 
 def _drop_rotations(columns: Columns, unread: list[str], header: list[str]) -> None:
-    """Drop rotation columns and shorten names of position columns, in a table that labels both."""
+    """Drop rotation columns and remove the word for position from names, if the table labels both kinds."""
     positions = {name: _POSITION.sub("", name) for name in columns.axes if _POSITION.search(name)}
     if len(set(positions.values())) < len(positions) or set(positions.values()) & set(columns.axes):
         return
@@ -373,7 +384,7 @@ def _drop_rotations(columns: Columns, unread: list[str], header: list[str]) -> N
 
 
 def set_to_seconds(table: Rows, column: int) -> None:
-    """Convert the times of the rows to seconds, in place, from dates or from the parts of a second in the title.
+    """Convert a column of times to seconds, in place, from dates or from the unit in the column's title.
 
     Calendar times are counted from the first time.
     """
@@ -407,7 +418,7 @@ def set_to_seconds(table: Rows, column: int) -> None:
 
 
 def unit_of_length(table: Rows, columns: Columns, otherwise: str) -> str:
-    """Unit of length from the header or a column of units, or else `otherwise`.
+    """Return the unit of length from the header or from a column of units; `otherwise` if neither states it.
 
     Raises
     ------
