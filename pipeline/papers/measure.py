@@ -10,7 +10,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Measure:
-    """Named function of tables, with its arguments.
+    """Named function of tables together with the values of its arguments.
 
     Attributes
     ----------

@@ -15,7 +15,7 @@ from pipeline.papers.claims import Agreement, Beyond, Claim, Kind
 from pipeline.papers.intervals import Estimate, Interval
 
 FEWEST_COVERED = 12
-"""Smallest number of people over whom a confidence interval can decide a claim.
+"""Smallest number of people for a confidence interval that can decide a claim.
 
 With fewer people, a 95 % interval of a mean covers the true mean of exponential data in less than 93 % of trials
 (``make bench ARGS=coverage_of_intervals``).
@@ -105,7 +105,7 @@ class Verdict:
 
 
 def gain(claim: Claim, baseline: float) -> Callable[[Any, Any], Any]:
-    """Return a function of our and the baseline's values, whose result is the advantage of our values.
+    """Return the function that computes the advantage of our values from our and the baseline's values.
 
     Bounds with one end define the better side.  With two ends, the class of the measure defines it, or else the side
     of the baseline on which the bounds lie.  If the baseline lies within the bounds, nearness to the paper's number,

@@ -89,7 +89,7 @@ def _draw_strip(axes: Axes, body: np.ndarray, truth: np.ndarray | None, bones: B
 def _draw_plan(axes: Axes, scene: MotionScene) -> None:
     """Draw the body's path and the cameras from above, with a scale bar.
 
-    Each camera has its central direction and its field of view.
+    Each camera has its path, and the position and the field of view in the middle of this path.
     """
     axes.set_axis_off()
     axes.set_aspect("equal")

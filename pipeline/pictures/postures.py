@@ -17,7 +17,7 @@ _LOOKS: tuple[dict[str, Any], ...] = (
     {"colour": "silver", "width": look.BONE_WIDTHS["broad"]},
     {"colour": "reconstruction", "width": look.BONE_WIDTHS["usual"]},
 )
-"""Line styles of the original and the reconstruction, both of which stay visible where they overlap."""
+"""Line styles of the original and the reconstruction. Both lines stay visible where they overlap."""
 
 _GROUP_WIDTH, _MAX_ROW_HEIGHT = 3.5, 1.35
 """Largest width of a group of rows, and largest height of a row, inches."""

@@ -61,7 +61,7 @@ _ANSWERS = {
     Agreement.DIFFERS: "orange",
     Agreement.UNTESTABLE: "grey",
 }
-"""Colours of the bars by answer, in the order of the bars.
+"""Colours of the bars of ``verdicts.svg``, in the order of the bars.
 
 Claims that agree are first, and among them the claims that beat their baseline.
 """
@@ -186,7 +186,7 @@ def _walker(figure: PublishedFigure, to: Path) -> list[Path]:
 
 
 def _counts(claims: Iterable[Mapping[str, Any]]) -> dict[str, int]:
-    """Return the number of claims in each bar of a paper."""
+    """Return the number of a paper's claims in each bar of ``verdicts.svg``."""
     tally = papers.count(claims, papers.OF_PAPERS)
     within = {Beyond.YES: _BEYOND, Beyond.NOT_APPLICABLE: _WITHOUT, Beyond.UNKNOWN: _UNKNOWN}
     bars: Counter[str] = Counter()

@@ -31,7 +31,7 @@ _LIGHTER = {
     "sky": "#8CCDF2",
     "grey": "#A7ADB3",
 }
-"""Lighter colours of the palette, for thin lines on a dark background."""
+"""Lighter versions of the palette colours, for thin lines on a dark background."""
 
 
 def environment() -> jinja2.Environment:

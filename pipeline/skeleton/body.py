@@ -137,7 +137,9 @@ def check(
     walk: bool,
     up: UpAxis = UpAxis.auto,
 ) -> list[Complaint]:
-    """Return the complaints about a body, first those for which it is rejected. A normal body has none.
+    """Return the complaints about a body, first those for which it is rejected.
+
+    The list is empty for a normal body.
 
     Parameters
     ----------

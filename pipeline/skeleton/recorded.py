@@ -1,4 +1,4 @@
-"""Recording as a reader returns it: points over time, in the axes of the file."""
+"""Type of the recordings that readers of motion files return, in the axes of the file."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MILLIMETRES = {"mm": 1.0, "cm": 10.0, "dm": 100.0, "m": 1000.0, "in": 25.4, "ft"
 
 @shortened
 class MotionCapture:
-    """Recording as a reader of `pipeline.formats` returns it.
+    """Recording of points over time, returned by a reader of `pipeline.formats`.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Checks of posture and gait: upward axis, bend of the knees, height of the hips, and cadence.
+"""Checks of posture and gait: upward axis, knee bend, hip height, and cadence.
 
 Positions are (T, 15, 3), mm, NaN where a joint was not measured, and z up except for the search of the upward axis.
 """

@@ -33,7 +33,7 @@ _TRUNK = ("pelvis", "sternum")
 
 
 def joints_of(angle: str) -> tuple[int, ...]:
-    """Return the indices of the joints of WALKER15 from which an angle, left and right, is computed.
+    """Return the indices in WALKER15 of the joints from which the left and right values of an angle are computed.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Dots of a walk, frame by frame, as they appear from a view: zhang2007 3.1, 3.5."""
+"""Dots of a walk in every frame, as they appear from a view: zhang2007 3.1, 3.5."""
 
 from __future__ import annotations
 

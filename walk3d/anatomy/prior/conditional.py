@@ -254,7 +254,7 @@ def condition(
 
 
 def heights_seen(prior: Prior, *, noise: Noise, hidden: np.ndarray = NOTHING_HIDDEN) -> HeightsSeen:
-    """Return the prior conditioned on the vertical of the visible joints.
+    """Return the prior given the vertical coordinates of the visible joints.
 
     Parameters
     ----------

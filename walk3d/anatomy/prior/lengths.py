@@ -44,7 +44,7 @@ MAX_STEPS = 60
 MAX_HALVINGS = 12
 """Largest number of times that a step is halved; `MAX_STEPS` is the largest number of steps."""
 _ROUNDING_TOLERANCE = 1e-12
-"""Relative increase of J that counts as rounding error."""
+"""Relative increase of the cost J that counts as rounding error."""
 
 
 ENDS = np.eye(JOINTS)[BONES[:, 1]] - np.eye(JOINTS)[BONES[:, 0]]

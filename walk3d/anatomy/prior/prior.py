@@ -62,7 +62,7 @@ class Shrinkage:
 
 @shortened
 class Prior:
-    """Mean and covariance of walkers, and the variation of their bones.
+    """Mean and covariance of walkers, and the variation of bone lengths.
 
     Attributes
     ----------
@@ -169,7 +169,7 @@ class Walks:
 
 
 def fit(coefficients: np.ndarray, weights: np.ndarray, shrinkage: Shrinkage) -> Prior:
-    """Return the prior of walks (R, 1 + 2H, 15, 3) with weights (R,)."""
+    """Return the prior learnt from walks (R, 1 + 2H, 15, 3), mm, with weights (R,)."""
     walks = Walks(coefficients, mirror=shrinkage.mirror)
     return walks.fit(np.arange(len(coefficients)), weights, shrinkage)
 
@@ -195,7 +195,7 @@ def _add_within_harmonics(target: np.ndarray, covariance: np.ndarray, blocks: in
 
 
 def structured_covariance(covariance: np.ndarray, blocks: int, shrinkage: Shrinkage) -> np.ndarray:
-    """Return the shrunken covariance C of a sample covariance S (n, n).
+    """Return the covariance C (n, n) that results from shrinking a sample covariance S (n, n).
 
     The coefficients of a coordinate, `blocks` of them, are adjacent.
     """

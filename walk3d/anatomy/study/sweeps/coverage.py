@@ -140,7 +140,10 @@ class Coverage(Sweep):
 
 
 def least_squares_bars(people: People, person: int, view: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return errors and standard deviations (A, 15, K) of approach I: residual variance times (E^T E)^-1."""
+    """Return errors and standard deviations (A, 15, K), mm, of reconstructions by approach I.
+
+    The covariance is the residual variance times (E^T E)^-1.
+    """
     tested = people.model.tested
     others = np.delete(tested, person)
     rows = anatomical.by_joint(people.data.coefficients[others][:, :5]).reshape(len(others), -1)

@@ -410,6 +410,6 @@ def require_mirrored_grid(name: str, grid: Grid) -> None:
 
 MirroredViews = Annotated[Grid, require_mirrored_grid]
 Choosers = Several
-"""Option type for the number of other people on whom each person's settings are selected."""
+"""Option type for the number of other people who are used to select each person's settings."""
 PARTNERS = {"full": 16, "smoke": 2}
-"""Number of other people on whom each person's settings are selected, by scale."""
+"""Number of other people who are used to select each person's settings, by scale."""

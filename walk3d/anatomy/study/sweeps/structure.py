@@ -48,7 +48,7 @@ SHRINKAGES = (0.1, 0.2, 0.4)
 
 @dataclass(frozen=True)
 class StructureErrors:
-    """Errors by method, person and view. Removed and varied parts have fewer views."""
+    """Errors by method, person and view. Methods with a removed or varied part have fewer views."""
 
     rows: pd.DataFrame
 
@@ -94,7 +94,7 @@ class Structure(Sweep):
         return StructureErrors(stacked([row for rows in folds for row in rows]))
 
     def _settings(self, people: People, whole: Setting, workers: int) -> dict[str, list[Setting]]:
-        """Return the settings of every method for all people."""
+        """Return, for every method, the setting for each person."""
 
         published = approach_two(70.0)
         mirror = replace(published, shrinkage=replace(PLAIN, mirror=True))
