@@ -54,10 +54,7 @@ class Noise:
 
 
 def unknown_coefficients(hidden: np.ndarray, blocks: int) -> np.ndarray:
-    """Return the mask (45 B,) of coefficients that a view does not show, ordered by joint, axis and coefficient.
-
-    The axes are across, up and away.
-    """
+    """Return the mask (45 B,), ordered by joint, image axis and block, of coefficients that a view does not show."""
     unknown = np.zeros((JOINTS, 3, blocks), bool)
     unknown[:, 2] = True
     unknown[hidden] = True
@@ -308,9 +305,7 @@ def expect_from_walks(
     unknown: np.ndarray,
     noise_variances: Sequence[float],
 ) -> np.ndarray:
-    """Return the means mu (S, A, M, U), mm, of M walkers in A views for S noise variances.
-
-    The prior has the sample covariance of N walks.
+    """Return the means mu (S, A, M, U), mm, of M walkers in A views for S noise variances, from N walks.
 
     Parameters
     ----------
