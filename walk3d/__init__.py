@@ -1,4 +1,4 @@
-"""3D walks from one camera: our own work, based on the methods of the four papers.
+"""3D walks from one camera: our extension of the methods of the four papers.
 
 anatomy/      the anatomical prior, with error bars; its studies and claims
 film/         a film or keypoints of one camera to a walk in 3D; detectors' formats; its studies and claims
@@ -22,7 +22,7 @@ __all__ = ["angles", "calibrate", "from_view", "pointlight", "reconstruct", "wal
 
 
 def __getattr__(name: str) -> Any:
-    """Return a function of `walk3d.api` or the package `pointlight`, imported at its first use."""
+    """Return a function of `walk3d.api`, or the package `pointlight`; import either at its first use."""
     import importlib
 
     if name == "pointlight":

@@ -1,4 +1,4 @@
-"""Functions of the library: 3D walks from films and keypoints, error bars for one view, and motion as files."""
+"""Functions of the library: 3D walks from films and keypoints, error bars for one view, and motion files."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from walk3d.film.reconstruct.clip import Walk
 
 BLOCKS, SIZE = 5, 225
-"""Number of coefficients of a coordinate, and of a walk, with two harmonics."""
+"""Number of Fourier coefficients of a coordinate, and of a whole walk, with two harmonics."""
 
 
 @shortened
@@ -73,7 +73,7 @@ class ShippedWalkers(LinearModel):
 
 
 class _Known(TypedDict, total=False):
-    """Known facts about a film: fields of `walk3d.film.reconstruct.clip.Input`."""
+    """Facts that are known about a film: fields of `walk3d.film.reconstruct.clip.Input`."""
 
     frame_rate_hz: float
     layout: str
@@ -127,7 +127,7 @@ def reconstruct(
 def calibrate(
     model: WalkersModel | ShippedWalkers, walks: Sequence[FourierRepresentation], people: Sequence[str] = ()
 ) -> CalibratedModel | ShippedWalkers:
-    """Return a model that is calibrated for another laboratory by a few of its walks in 3D.
+    """Return a model that is calibrated for another laboratory with a few of this laboratory's 3D walks.
 
     The walks show that laboratory's joint definitions and body sizes: their difference from the model's average walker,
     beyond the differences between people.  `from_view` then reconstructs other people of that laboratory.
@@ -259,7 +259,7 @@ def from_view(
 def walkers(
     height_mm: float = HEIGHT_MM, components: int = 30, *, model_folder: str | Path | None = None
 ) -> ShippedWalkers:
-    """Return average walker and eigenwalkers of the model that is part of this package, for `from_view`.
+    """Return the average walker and the eigenwalkers of the package's model, as input of `from_view`.
 
     They have two harmonics and the mean pelvis as origin, like walks from `pipeline.represent`.  The model's card,
     ``walk3d/film/reconstruct/walkers/CARD.md``, lists its people.  Walkers of another laboratory need
@@ -304,7 +304,7 @@ def walkers(
 
 
 def angles(motion: MotionCapture, skeleton: str = "auto", subject: str = "") -> dict[str, np.ndarray]:
-    """Return the flexion (T,) of hips, knees, shoulders and elbows in degrees, by name, with the times ``time_s``.
+    """Return the flexion (T,), degrees, of hips, knees, shoulders and elbows by name, and the times ``time_s``.
 
     Names are ``left_knee_deg``, …; a frame in which a joint is missing has no angle (NaN).  `joint_angles` explains
     signs and zeros.  ``pandas.DataFrame(angles(motion))`` is a table.
@@ -335,7 +335,7 @@ def angles(motion: MotionCapture, skeleton: str = "auto", subject: str = "") -> 
 
 
 def write(motion: MotionCapture, path: str | Path, *, skeleton: str = "", replace: bool = False) -> Path:
-    """Write a recording in the format of the file's suffix; return the path.
+    """Write a recording in the format of the file's suffix, and return the path.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Methods of this package."""
+"""Methods that this package adds to `pipeline`."""
 
 from walk3d.anatomy import method as anatomy
 from walk3d.film.reconstruct.shipped_prior import prior_method

@@ -1,4 +1,4 @@
-"""Studies of this package."""
+"""Studies that this package adds to `pipeline`."""
 
 from walk3d import author
 from walk3d.anatomy import study as anatomy

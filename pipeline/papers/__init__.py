@@ -1,4 +1,4 @@
-"""Data of the four papers: their numbered equations with the functions that compute them, and their claims."""
+"""Data of the four papers: numbered equations, the functions that compute them, and the papers' claims."""
 
 from pipeline.papers.claims import (
     LEAST_PEOPLE,

@@ -14,12 +14,12 @@ from pipeline.papers.intervals import Interval
 from pipeline.validation import InvalidInput, require_choice
 
 Runs = Mapping[tuple[str, str, str], Run]
-"""Sensitivity runs by data set, group of switches and switch."""
+"""Sensitivity runs by data set, group of switches and name of the switch."""
 
 
 @dataclass(frozen=True)
 class _Limits:
-    """Entry of a claim's bounds in the file."""
+    """Entry with the bounds of a claim in a paper's file."""
 
     agrees: Mapping[str, Any] = field(default_factory=dict)
     close: Mapping[str, Any] = field(default_factory=dict)
@@ -36,7 +36,7 @@ def claim_entry(
     baselines: Mapping[str, Baseline],
     registered: Mapping[tuple[str, str], float],
 ) -> Claim:
-    """Return one claim of a paper, read from its entry.
+    """Return one claim of a paper, read from its entry in the paper's file.
 
     Parameters
     ----------
@@ -129,15 +129,22 @@ def claim_entry(
 def _registered(
     name: str, share: float, values: Mapping[tuple[str, str], float]
 ) -> dict[str, Interval] | None:
+<<<<<<< HEAD
     """Return the interval of a share about the registered value, by data set; None without a registered value."""
+=======
+    """Return the interval of a relative tolerance around the registered value, by data set.
+
+    Return None if the claim has no such tolerance.
+    """
+>>>>>>> wt-text5
     if not share:
         return None
-    own = {data: value for (data, item), value in values.items() if item == name}
-    return {data: Interval(x - share * abs(x), x + share * abs(x)) for data, x in own.items()}
+    entries = {data: value for (data, item), value in values.items() if item == name}
+    return {data: Interval(x - share * abs(x), x + share * abs(x)) for data, x in entries.items()}
 
 
 def _require_consistent(claim: Claim, where: str, measures: str) -> None:
-    """Raise InvalidInput if parts of a claim contradict each other; `measures` is its class."""
+    """Raise InvalidInput if parts of a claim contradict each other; `measures` is the claim's class of measures."""
     if claim.scope.untestable and (claim.figure or claim.measure or claim.bounds.agrees):
         raise InvalidInput(
             "is untestable, but has a figure, a measure or bounds",
@@ -155,7 +162,7 @@ def _require_consistent(claim: Claim, where: str, measures: str) -> None:
 
 @dataclass(frozen=True)
 class _Why:
-    """Entry of an explanation: a text under the name of its support, and the run or quantities that support it."""
+    """Entry of an explanation: its text under the key of its support, and the runs or quantities behind it."""
 
     shown: str = ""
     tested: str = ""
@@ -205,7 +212,7 @@ def _short(value: Any, where: str) -> str:
 
 
 def _like(name: str, all_claims: Mapping[str, Any], where: str) -> dict[str, Any]:
-    """Return the entry of a claim, completed by the entries of the claims that it is ``like``."""
+    """Return the entry of a claim, completed by the entries to which its key ``like`` leads."""
     body, trail = mapping(all_claims[name], where), {name}
     while (other := body.pop("like", None)) is not None:
         if other not in all_claims or other in trail:

@@ -1,4 +1,4 @@
-"""Claims of the papers: the published value, the measure of our value, and the bounds of agreement.
+"""Claims of the papers: the published value, the measure that gives our value, and the bounds of agreement.
 
 A claim is one number or one sentence of a paper.  Its measure computes our value from a table.  Its bounds give the
 values that agree with the paper, and wider bounds those that are close; the reason for the bounds is recorded.  Each
@@ -18,7 +18,7 @@ from pipeline.papers.measure import Measure
 
 
 class Agreement(StrEnum):
-    """Answer to "does our value agree with the paper?"; conditions are met or not met."""
+    """Answer to "does our value agree with the paper?"; a condition is met or not met."""
 
     AGREES = "agrees"
     CLOSE = "close"
@@ -31,31 +31,31 @@ class Agreement(StrEnum):
 
 
 class Beyond(StrEnum):
-    """Answer to "is the method better than its baseline?", by the interval of their paired difference."""
+    """Answer to "is the method better than its baseline?", from the interval of their paired difference."""
 
     YES = "yes"
     NO = "no"
     WORSE = "worse"
     UNKNOWN = "unknown"
-    """The difference has no interval."""
+    """The paired difference has no interval."""
     NOT_APPLICABLE = "not applicable"
 
 
 class Kind(StrEnum):
-    """Kind of a claim."""
+    """Kind of statement that a claim makes."""
 
     RESULT = "result"
-    """A number that a paper prints."""
+    """A number that a paper publishes."""
     SENTENCE = "sentence"
-    """A statement in words; the threshold and the reason for it are ours."""
+    """A statement in words. We set its threshold, and give the reason for it."""
     CONDITION = "condition"
     """A count or a setting of the experiment, which is checked but never counted as agreement."""
     TARGET = "target"
-    """A target of our own beyond the papers, judged like a result but counted separately."""
+    """A target of our own beyond the papers, tested like a result but counted separately."""
 
     @property
     def answers(self) -> tuple[Agreement, ...]:
-        """Possible agreements of a claim of this kind, in the order in which tables list them."""
+        """Possible agreements of a claim of this kind, in the order of tables."""
         if self is Kind.CONDITION:
             return (Agreement.MET, Agreement.NOT_MET, Agreement.UNTESTABLE)
         judged = (Agreement.AGREES, Agreement.CLOSE, Agreement.UNDECIDED, Agreement.DIFFERS)
@@ -63,15 +63,15 @@ class Kind(StrEnum):
 
 
 LONGEST_SHORT = 40
-"""Largest number of characters of a claim's short name."""
+"""Largest number of characters in the short name of a claim."""
 
 LEAST_PEOPLE = {"walks": 10, "clips": 10, "performances": 3}
-"""Smallest number of people that can decide a claim, by the kind of clips that a paper uses."""
+"""Smallest number of people that can decide a claim, by the kind of clips that the paper uses."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Baseline:
-    """Simpler method with which the measures of one class are compared.
+    """Simpler method with which the method behind a class of measures is compared.
 
     Attributes
     ----------
@@ -102,7 +102,10 @@ class Baseline:
     assumed: Mapping[str, str] = field(default_factory=dict)
 
     def of(self, measure: Measure) -> Measure | float | None:
-        """Return the measure of the baseline; None without a baseline, or if no word of the measure is replaced."""
+        """Return the measure of the baseline.
+
+        Return None if there is no baseline, or if no word of the measure is replaced.
+        """
         if self.value is not None or not self.replace:
             return self.value
         changed = measure.replaced(self.replace)
@@ -111,7 +114,7 @@ class Baseline:
 
 @dataclass(frozen=True, kw_only=True)
 class Quantity:
-    """Number of ours that explanations or the documentation quote, without a claim about it.
+    """A number of our results that explanations or the documentation quote, and that is not a claim.
 
     Attributes
     ----------
@@ -135,7 +138,7 @@ class Quantity:
 
 @dataclass(frozen=True, kw_only=True)
 class ClaimText:
-    """Texts of a claim.
+    """Texts that describe a claim.
 
     Attributes
     ----------
@@ -160,7 +163,7 @@ class ClaimText:
 
 @dataclass(frozen=True, kw_only=True)
 class Bounds:
-    """Values that agree with a claim, with the reason.
+    """Bounds within which a value agrees with a claim, and the reason for these bounds.
 
     Attributes
     ----------
@@ -185,7 +188,7 @@ class Bounds:
 
 @dataclass(frozen=True, kw_only=True)
 class Scope:
-    """Data sets and numbers of people that can decide a claim.
+    """Data sets, and numbers of people, that can decide a claim.
 
     Attributes
     ----------
@@ -211,7 +214,7 @@ class Scope:
 
 @dataclass(frozen=True, kw_only=True)
 class Claim:
-    """A number or a sentence of a paper, with the measure of our value and the bounds of agreement.
+    """A number or a sentence of a paper, with the measure that gives our value and the bounds of agreement.
 
     Attributes
     ----------
@@ -257,23 +260,23 @@ class Claim:
 
     @property
     def explanations(self) -> Iterator[tuple[str, Explanation]]:
-        """Pairs of data set and explanation, including the explanations of the sensitivity."""
+        """Pairs of data set and explanation, including the explanations of sensitivity runs."""
         yield from self.why.items()
         for data_name, runs in self.sensitivity.items():
             yield from ((data_name, run) for run in runs)
 
     def bounds_on(self, data_name: str) -> Interval | None:
-        """Return the bounds of agreement on a data set; None without bounds or without a registered value."""
+        """Return the bounds of agreement on a data set, or None if there are no bounds or no registered value."""
         registered = self.bounds.registered
         return self.bounds.agrees if registered is None else registered.get(data_name)
 
     def explanation(self, data_name: str) -> Explanation | None:
-        """Return the reason why our value differs on a data set, or None."""
+        """Return the explanation why our value differs from the paper's on a data set, or None."""
         return self.why.get(data_name) or self.why.get(ANY_DATA)
 
     @property
     def of_baseline(self) -> Measure | float | None:
-        """The measure of the baseline, or None."""
+        """Measure of the baseline, or None."""
         return self.baseline.of(self.measure) if self.baseline and self.measure else None
 
     @property

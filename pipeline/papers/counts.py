@@ -1,4 +1,4 @@
-"""Counts of verdicts, shared by README, report, article, documentation and terminal."""
+"""Counts of verdicts for the README, report, article, documentation and terminal."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from typing import Any
 from pipeline.papers.claims import Agreement, Beyond, Kind
 
 OF_PAPERS = (Kind.RESULT, Kind.SENTENCE)
-"""Kinds of claims that are counted for a paper, without conditions and our own targets."""
+"""Kinds of claims that are counted for a paper; conditions and our own targets are not counted."""
 
 JUDGED = (Agreement.AGREES, Agreement.CLOSE, Agreement.UNDECIDED, Agreement.DIFFERS)
-"""Agreements that result from data, in contrast to untestable claims and small runs."""
+"""Agreements that follow from data. Untestable claims and smoke-scale runs have other answers."""
 
 
 @dataclass(frozen=True)
 class Tally:
-    """Number of claims by agreement with the paper and by comparison with the baseline.
+    """Counts of claims by agreement with the paper and by comparison with the baseline.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class Tally:
     answers: Mapping[tuple[Agreement, Beyond], int]
 
     def number(self, *agreements: Agreement, beyond: Beyond | None = None) -> int:
-        """Return the number of claims with one of the agreements and, optionally, one answer about the baseline."""
+        """Return the number of claims with one of some agreements and, optionally, one answer about the baseline."""
         return sum(
             times
             for (agreement, answer), times in self.answers.items()
@@ -44,12 +44,15 @@ class Tally:
 
     @property
     def judged(self) -> int:
-        """Number of claims that the data decide, with any result."""
+        """Number of claims that the data decide, whether or not they agree."""
         return self.number(*JUDGED)
 
     @property
     def rows(self) -> list[tuple[str, int, list[tuple[str, int]]]]:
-        """Rows of agreement, number of claims, and their numbers by answer about the baseline, without zeros."""
+        """Rows of agreement, its number of claims, and these claims by answer about the baseline.
+
+        Counts of zero are left out.
+        """
         return [
             (
                 str(agreement),
@@ -67,7 +70,7 @@ class Tally:
 
 
 def count(claims: Iterable[Mapping[str, Any]], kinds: Sequence[Kind] = tuple(Kind)) -> Tally:
-    """Return the counts of claims of some kinds; claims with the ``same_as`` another's number count once.
+    """Return the counts of claims of some kinds; claims with the same number (``same_as``) are counted once.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Readers of measures and bounds of claims, and the checks of bounds."""
+"""Readers of the measures and bounds of claims, and checks of the bounds."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pipeline.validation import InvalidInput
 
 
 def measure(content: Mapping[str, Any], figure: str, where: str) -> Measure:
-    """Return the measure of a mapping ``{name: {argument: value}}``."""
+    """Return the measure that a mapping ``{name: {argument: value}}`` describes."""
     if len(content) != 1 or not all(isinstance(arguments, Mapping) for arguments in content.values()):
         raise InvalidInput(
             "must be one name of a measure with its arguments",
@@ -50,7 +50,10 @@ def _argument(value: Any, figure: str, where: str) -> Any:
 
 
 def interval(content: Mapping[str, Any], published: float | None, where: str) -> Interval:
-    """Return the interval of bounds that are ``exactly``, ``within`` of the published number, or by their ends."""
+    """Return the interval that an entry of bounds describes.
+
+    The keys are ``exactly``, ``within`` (a distance from the published number), or the two ends.
+    """
     values = {str(key): number(value, f"{where}, {key}") for key, value in content.items()}
     if set(values) == {"exactly"}:
         return Interval(values["exactly"], values["exactly"])
@@ -81,7 +84,7 @@ def interval(content: Mapping[str, Any], published: float | None, where: str) ->
 
 
 def check_bounds(claim: Claim, where: str) -> None:
-    """Raise InvalidInput for bounds without the published number, or close bounds that are not the wider ones."""
+    """Raise InvalidInput if bounds exclude the published number, or if the bounds of 'close' are not wider."""
     inner, outer = claim.bounds.agrees, claim.bounds.close
     if inner is not None and claim.published is not None and claim.published not in inner:
         raise InvalidInput(

@@ -1,4 +1,4 @@
-"""Strict reader of YAML files: repeated or unknown keys and values of the wrong type raise InvalidInput.
+"""Strict reader of YAML files, which raises InvalidInput for repeated or unknown keys and wrong types.
 
 A mapping becomes a dataclass; the annotation of a field determines the reader of its value.
 """
@@ -47,7 +47,7 @@ def read_mapping(path: Path) -> dict[str, Any]:
 
 
 def parsed_mapping(text: str, where: str) -> dict[str, Any]:
-    """Return the content of a YAML text.  Raises InvalidInput if it is not a mapping or repeats a key."""
+    """Return the content of a YAML string. Raises InvalidInput if it is not a mapping or repeats a key."""
     try:
         content = yaml.load(text, Loader=_Loader)
     except InvalidInput as error:
@@ -60,7 +60,7 @@ def parsed_mapping(text: str, where: str) -> dict[str, Any]:
 
 
 def mapping(value: Any, where: str) -> dict[str, Any]:
-    """Return a mapping with texts as keys; the key ``null``, which YAML reads as None, included."""
+    """Return a mapping whose keys are strings; the key ``null``, which YAML reads as None, becomes a string too."""
     if not isinstance(value, Mapping):
         raise InvalidInput("is not a mapping", where, received=repr(value), code="not_a_mapping")
     return {"null" if key is None else str(key): item for key, item in value.items()}
@@ -76,7 +76,7 @@ def record(
     parts: Iterable[str] = (),
     **known: Any,
 ) -> Made:
-    """Return an instance of a dataclass, its fields read from a mapping.
+    """Return an instance of a dataclass, with its fields read from a mapping.
 
     Parameters
     ----------
@@ -121,21 +121,21 @@ def record(
 
 
 def text(value: Any, where: str) -> str:
-    """Return a text, or the texts of a list joined by semicolons."""
+    """Return a string; strings of a list are joined by semicolons."""
     return "; ".join(
         " ".join(part.split()) for part in names(value if isinstance(value, list) else [value], where)
     )
 
 
 def names(value: Any, where: str) -> tuple[str, ...]:
-    """Return the texts of a list as a tuple."""
+    """Return the strings of a list as a tuple."""
     if not isinstance(value, list) or not all(isinstance(name, str) for name in value):
         raise InvalidInput("is of the wrong type", where, "text", repr(value), code="wrong_type")
     return tuple(value)
 
 
 def number(value: Any, where: str) -> float:
-    """Return a number; texts such as ``1/3`` or ``1e-6`` are accepted."""
+    """Return a number; strings such as ``1/3`` or ``1e-6`` are accepted."""
     try:
         if isinstance(value, bool):
             raise ValueError
@@ -152,7 +152,7 @@ def whole(value: Any, where: str) -> int:
 
 
 def choice(kind: type[StrEnum]) -> Callable[[Any, str], StrEnum]:
-    """Return a reader that accepts the words of an enumeration."""
+    """Return a reader that accepts only the values of an enumeration."""
     return lambda value, where: kind(require_choice(where, value, list(kind)))
 
 
@@ -164,4 +164,4 @@ _READERS: Mapping[Any, Callable[[Any, str], Any]] = {
     Mapping[str, str]: lambda value, where: {key: str(item) for key, item in mapping(value, where).items()},
     Mapping[str, Any]: mapping,
 }
-"""Readers of values by the annotation of the field."""
+"""Readers of values, by the type annotation of a dataclass field."""

@@ -1,4 +1,4 @@
-"""Explanations of differences between our values and the papers', each with its support.
+"""Explanations of differences between our values and the papers' values, each with its support.
 
 An explanation is `Support.SHOWN` if it only quotes published tables, `Support.TESTED` if the alleged cause was changed
 and the effect measured, and `Support.UNTESTED` otherwise.  A cause is changed in one of two ways.  A switch of
@@ -21,26 +21,29 @@ from pipeline.papers.intervals import Estimate
 from pipeline.reading import read_file
 
 ANY_DATA = "any"
-"""Key of the explanation for data sets without a separate explanation."""
+"""Key of the explanation for data sets that have no explanation of their own."""
 
 WITH, WITHOUT = "with", "without"
-"""Placeholders of the claim's value with and without the switch; ``with_NAME`` quotes another claim's value."""
+"""Placeholders for the claim's value with and without the switch.
+
+``with_NAME`` and ``without_NAME`` quote the values of another claim.
+"""
 
 
 class Support(StrEnum):
-    """Support of an explanation."""
+    """Kind of support for an explanation."""
 
     SHOWN = "shown"
-    """Published tables, without a named cause."""
+    """Support by published tables, which do not identify the cause."""
     TESTED = "tested"
-    """A run, or a part of the figure, in which the alleged cause was changed."""
+    """Support by a run, or by a part of the figure, in which the alleged cause was changed."""
     UNTESTED = "untested"
-    """No test yet."""
+    """No support: the explanation has not been tested."""
 
 
 @dataclass(frozen=True)
 class Run:
-    """Values of claims with and without a switch of ``conf/sensitivity.yaml``.
+    """Values of claims with and without one switch of ``conf/sensitivity.yaml``.
 
     Attributes
     ----------
@@ -68,7 +71,7 @@ class Run:
 
 @dataclass(frozen=True, kw_only=True)
 class Explanation:
-    """Reason why our value differs from the paper's, with its support.
+    """Reason why our value differs from the paper's value, with the support for this reason.
 
     Attributes
     ----------
@@ -88,7 +91,7 @@ class Explanation:
     comparisons: tuple[str, ...] = ()
 
     def in_words(self, name: str, value: float, number: Callable[[str], float] | None) -> str:
-        """Return the explanation of a claim with its numbers and its support; arguments as in `filled`."""
+        """Return the explanation of a claim with its numbers and its support; the arguments are those of `filled`."""
         text = self.filled(name, value, number)
         if self.support is Support.UNTESTED:
             return f"not tested: {text}"
@@ -120,7 +123,7 @@ class Explanation:
 
 
 def placeholders(text: str) -> list[str]:
-    """Return the names of the placeholders in a text, in order.
+    """Return the names of the placeholders in a string, in order.
 
     Examples
     --------
@@ -131,7 +134,9 @@ def placeholders(text: str) -> list[str]:
 
 
 def of_run(placeholder: str) -> tuple[str, str] | None:
-    """Return side of the run and name (empty for the claim itself) in a placeholder; None if it quotes no run.
+    """Return the side of the run, and the claim's name, that a placeholder quotes; None if it quotes no run.
+
+    The name is empty for the claim to which the explanation belongs.
 
     Examples
     --------
@@ -143,7 +148,7 @@ def of_run(placeholder: str) -> tuple[str, str] | None:
 
 
 def read_runs(path: Path) -> dict[tuple[str, str, str], Run]:
-    """Return the runs of a table of interventions by data set, group and switch; empty without a table.
+    """Return the runs in a table of sensitivity runs, by data set, group and switch; empty without a table.
 
     The table has a row for each number: data, group, switch, overrides, scale, name, and the values without and with
     the switch, each with the ends of its interval.
@@ -164,7 +169,7 @@ def read_runs(path: Path) -> dict[tuple[str, str, str], Run]:
 
 @dataclass(frozen=True)
 class _Number:
-    """Number for `str.format_map`: printed with its interval, if any, and as ``(no number)`` if not finite."""
+    """Number for `str.format_map`, with its interval if there is one, or ``(no number)`` if it is not finite."""
 
     estimate: Estimate
 

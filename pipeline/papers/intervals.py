@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Interval:
-    """Interval of numbers that includes each end unless that end is open.
+    """Interval of numbers, which includes an end unless that end is open.
 
     Examples
     --------
@@ -29,17 +29,17 @@ class Interval:
         return over and under
 
     def covers(self, other: Estimate) -> bool:
-        """Return True if the whole interval of an estimate lies within these bounds."""
+        """Return True if the whole confidence interval of an estimate lies within this interval."""
         return other.low in self and other.high in self
 
     def meets(self, other: Estimate) -> bool:
-        """Return True if the interval of an estimate overlaps these bounds."""
+        """Return True if the confidence interval of an estimate overlaps this interval."""
         below = other.high < self.low or (self.low_open and other.high == self.low)
         above = other.low > self.high or (self.high_open and other.low == self.high)
         return not (below or above)
 
     def side(self, value: float) -> int:
-        """Side of a value on which the bounds lie: 1 above, -1 below, 0 on both."""
+        """Return the side of a value on which this interval lies: 1 above, -1 below, 0 on both sides."""
         return int(value <= self.low) - int(value >= self.high)
 
     def __str__(self) -> str:
@@ -57,7 +57,7 @@ class Interval:
 
 @dataclass(frozen=True)
 class Estimate:
-    """Value with its confidence interval over people or populations.
+    """Value with its confidence interval over people or over synthetic populations.
 
     Attributes
     ----------
@@ -77,7 +77,7 @@ class Estimate:
 
     @property
     def known(self) -> bool:
-        """True if the value has an interval."""
+        """True if the value has a confidence interval."""
         return math.isfinite(self.low) and math.isfinite(self.high)
 
     def __str__(self) -> str:

@@ -24,7 +24,7 @@ from pipeline.validation import InvalidInput, require_choice
 
 @dataclass(frozen=True, kw_only=True)
 class Equation:
-    """Numbered equation of a paper, with the functions that compute it.
+    """Numbered equation of a paper, and the functions that compute it.
 
     Attributes
     ----------
@@ -112,27 +112,27 @@ class Paper:
 
     @property
     def measured(self) -> tuple[Claim | Quantity, ...]:
-        """Claims and quantities."""
+        """All claims and quantities of the paper."""
         return (*self.claims, *self.quantities)
 
 
 INTERVENTIONS = "interventions.csv"
-"""File with the numbers of sensitivity runs, which explanations quote."""
+"""File with the values from sensitivity runs, which explanations quote."""
 
 REGISTERED = "registered.csv"
-"""File with registered values of conditions by data set, renewed with each scientific change."""
+"""File with the registered values of conditions by data set, updated with each scientific change."""
 
 BETTER = {"": 0, "more": 1, "less": -1}
 
 OWN_YEAR = 9999
-"""Year of a user's claims, which sorts them after all papers."""
+"""Year that is assigned to a user's claims, so that they are sorted after all papers."""
 
 BASELINES = "baselines.yaml"
-"""File with the baseline of each class of measures."""
+"""File with the baseline for each class of measures."""
 
 
 def load(folders: Sequence[Path], added: Mapping[str, Mapping[str, Any]] | None = None) -> dict[str, Paper]:
-    """Return the papers in some folders by key, oldest first.
+    """Return the papers in some folders by key, sorted by year.
 
     Parameters
     ----------
@@ -181,7 +181,7 @@ def load(folders: Sequence[Path], added: Mapping[str, Mapping[str, Any]] | None 
 
 
 def _completed(key: str, content: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the content of a user's file of claims, completed by the keys that only papers need."""
+    """Return the content of a user's file of claims, completed with default values of keys that papers require."""
     claims = mapping(content.get("claims", {}), f"{key}, claims")
     figures = sorted({str(mapping(body, name).get("figure", "")) for name, body in claims.items()} - {""})
     left_out = {"title": key, "authors": "", "year": OWN_YEAR, "venue": "", "figures": [], "equations": []}
@@ -189,7 +189,7 @@ def _completed(key: str, content: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def read_registered(path: Path) -> dict[tuple[str, str], float]:
-    """Return the registered values by data set and name of the condition; empty without a table.
+    """Return the registered values by data set and name of the condition, or an empty dict without a table.
 
     Raises
     ------
@@ -206,7 +206,7 @@ def read_registered(path: Path) -> dict[tuple[str, str], float]:
 
 
 def read_baselines(path: Path) -> dict[str, Baseline]:
-    """Return the baselines in a file by class of measures."""
+    """Return the baselines in a file, by class of measures."""
     baselines = {}
     for name, content in read_mapping(path).items():
         where = f"{path.name}, {name}"

@@ -1,4 +1,4 @@
-"""Measures: named functions of tables, with their arguments."""
+"""Measures: named functions of tables, each with its arguments."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Measure:
-    """Named function of tables, with its arguments.
+    """Named function of tables together with the values of its arguments.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class Measure:
 
     @property
     def tables(self) -> tuple[str, ...]:
-        """Names of the tables that the measure reads, without repetition."""
+        """Names of the tables that the measure reads, without duplicates."""
         named = (
             value
             for part in self.parts
@@ -56,7 +56,7 @@ class Measure:
         return tuple(dict.fromkeys(named))
 
     def replaced(self, words: Mapping[str, str]) -> Measure:
-        """Return the measure with words replaced in its arguments: names of columns, values in expressions.
+        """Return the measure with some words replaced in its arguments: column names, and values in expressions.
 
         Examples
         --------

@@ -1,4 +1,4 @@
-"""Registered papers by key, and their claims by name.
+"""Registry of the papers by key, and of their claims by name.
 
 Examples
 --------
@@ -22,7 +22,7 @@ from pipeline.validation import InvalidInput, require_choice
 
 
 def all_papers() -> dict[str, Paper]:
-    """Return all papers by key, oldest first, followed by users' files of claims by file name."""
+    """Return all papers by key, sorted by year, followed by users' files of claims, by file name."""
     return _load(plugins.edition())
 
 
@@ -104,7 +104,7 @@ def quantity(name: str) -> Claim | Quantity:
 
 
 def locate(dotted: str) -> tuple[Path, int]:
-    """Return the file and the first line (from 1) of a function, class or method.
+    """Return the file of a function, class or method, and the number of its first line, counted from 1.
 
     Raises
     ------

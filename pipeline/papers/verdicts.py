@@ -1,4 +1,4 @@
-"""Verdicts on claims: agreement of our value with the paper's, and comparison of the method with its baseline.
+"""Verdicts on claims: agreement of our value with the paper, and comparison of the method with its baseline.
 
 Agreement depends only on the 95 % interval of our value and the bounds of the claim.  The comparison depends on the
 interval of the paired difference between method and baseline; it does not change the agreement.
@@ -15,7 +15,7 @@ from pipeline.papers.claims import Agreement, Beyond, Claim, Kind
 from pipeline.papers.intervals import Estimate, Interval
 
 FEWEST_COVERED = 12
-"""Smallest number of people whose interval decides a claim.
+"""Smallest number of people for a confidence interval that can decide a claim.
 
 With fewer people, a 95 % interval of a mean covers the true mean of exponential data in less than 93 % of trials
 (``make bench ARGS=coverage_of_intervals``).
@@ -26,7 +26,7 @@ _OVERRIDDEN = "not explained: the options differ from the preset's"
 
 @dataclass(frozen=True, kw_only=True)
 class Evidence:
-    """Values for a claim, computed from the tables.
+    """Values that decide a claim, computed from the tables.
 
     Attributes
     ----------
@@ -78,12 +78,12 @@ class Verdict:
 
     @property
     def value(self) -> float | None:
-        """Our value in the claim's unit, if any."""
+        """Our value in the unit of the claim, or None without a value."""
         return self.evidence.value.value if self.evidence else None
 
     @property
     def row(self) -> dict[str, str]:
-        """Row of ``claims.csv``, with the columns that are counted."""
+        """Row of the claim as in ``claims.csv``, with only the columns that are counted."""
         return {
             "paper": self.claim.paper,
             "kind": str(self.claim.kind),
@@ -94,7 +94,10 @@ class Verdict:
 
     @property
     def paper_in_prediction(self) -> bool | None:
-        """True if the paper's number lies in the prediction interval for its sample size; None without either."""
+        """True if the paper's value lies in the prediction interval for the paper's sample size.
+
+        None without a published value or without a prediction interval.
+        """
         prediction = self.evidence.one_sample if self.evidence else None
         if prediction is None or not prediction.known or self.claim.published is None:
             return None
@@ -102,7 +105,7 @@ class Verdict:
 
 
 def gain(claim: Claim, baseline: float) -> Callable[[Any, Any], Any]:
-    """Return the function of values and baselines that gives the advantage of the values.
+    """Return the function that computes the advantage of our values from our and the baseline's values.
 
     Bounds with one end define the better side.  With two ends, the class of the measure defines it, or else the side
     of the baseline on which the bounds lie.  If the baseline lies within the bounds, nearness to the paper's number,
@@ -185,7 +188,7 @@ def judge(
 
 
 def _untestable(claim: Claim, found: Evidence, data_name: str) -> str:
-    """Return the reason why these data cannot decide a claim, empty if they can."""
+    """Return the reason why these data cannot decide a claim, or an empty string if they can."""
     if data_name in claim.scope.assumed:
         return (
             f"{found.value} {claim.unit}".rstrip()
@@ -202,7 +205,7 @@ def _untestable(claim: Claim, found: Evidence, data_name: str) -> str:
 
 
 def _agreement(claim: Claim, value: Estimate) -> tuple[Agreement, str]:
-    """Return the agreement, with the reason unless the interval lies inside or outside of the bounds."""
+    """Return the agreement, and the reason if our interval is unknown or extends over an end of the bounds."""
     assert claim.bounds.agrees is not None
     if not value.known:
         return Agreement.UNDECIDED, "no interval is known"

@@ -1,4 +1,4 @@
-"""Printed pictures of the figures, each as an SVG and a PNG; the only package that imports matplotlib.
+"""Pictures of the figures as SVG and PNG files; the only package that imports matplotlib.
 
 The same input gives the same bytes on every run.  All sizes, letters and line widths are in `pipeline.pictures.style`,
 all colours in `pipeline.palette`; `pipeline.charts` and `pipeline.scenes` describe the content.  Matplotlib is slow to

@@ -1,4 +1,4 @@
-"""Charts in panels: lines with their bands, points with their intervals, references, one legend above."""
+"""Charts in panels with one legend above: lines with bands, points with intervals, and references."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from pipeline.pictures.notes import Notes
 from pipeline.validation import InvalidInput, require_range
 
 _MIN_PANEL_WIDTH = 1.5
-"""Smallest width of a panel in a picture whose width is given, inches."""
+"""Smallest width of a panel, inches, in a picture whose width is given."""
 
 
 def draw_charts(canvas: look.Canvas) -> None:
-    """Draw the charts of a sheet, row by row.
+    """Draw the charts of a sheet, one row of charts after another.
 
     Raises
     ------
@@ -53,7 +53,7 @@ def draw_charts(canvas: look.Canvas) -> None:
 
 
 def add_charts(figure: Figure, canvas: look.Canvas, grid: Any, width: float = 0.0) -> dict[str, Any]:
-    """Add charts to a figure, each in a cell of a grid; return the entries of their legend.
+    """Add charts to a figure, each in a cell of a grid, and return the entries of the charts' legend.
 
     `width` is the width of a cell in inches, by default an equal share of the figure's.
     """
@@ -147,13 +147,13 @@ def _draw_lines(axes: Axes, chart: Chart, lines: Sequence[Line]) -> None:
 
 
 def _bands(line: Line) -> list[tuple[str, Any, float]]:
-    """Return the bands of a line, first the lighter one: kind, ends and opacity."""
+    """Return the bands of a line, the lighter band first: kind, ends and opacity of each band."""
     every = (("band", line.band, look.BAND_OPACITY), ("interval", line.interval, look.INTERVAL_OPACITY))
     return [each for each in every if each[1] is not None]
 
 
 def _draw_rows(axes: Axes, chart: Chart, lines: Sequence[Line]) -> None:
-    """Draw a row for each name, from the top, with numbers along the abscissa."""
+    """Draw one row for each name, from the top, with the numbers along the abscissa."""
     axes.set_xscale("log" if chart.log_y else "linear")
     for number, line in enumerate(lines):
         look_of: dict[str, Any] = {"color": hex_colour(line.style.colour), "alpha": line.style.opacity}
@@ -180,7 +180,7 @@ def _draw_rows(axes: Axes, chart: Chart, lines: Sequence[Line]) -> None:
 
 
 def _turned(chart: Chart, lines: Sequence[Line]) -> tuple[Chart, list[Line]]:
-    """Return a chart of rows with abscissa and ordinate exchanged, as they are drawn; ends of bars become points."""
+    """Return a chart of rows with abscissa and ordinate exchanged; ends of error bars become points."""
     references = [replace(reference, x=reference.y, y=None) for reference in chart.references]
     points = [
         replace(line, x=values, y=line.x, style=replace(line.style, line="points"))
@@ -203,7 +203,7 @@ def _tick(axes: Axes, abscissa: Axis) -> None:
 
 
 def _tick_log(axis: Any) -> None:
-    """Label a logarithmic axis with plain numbers."""
+    """Label a logarithmic axis with plain numbers instead of powers of ten."""
     low, high = axis.get_view_interval()
     axis.set_major_locator(LogLocator(subs=(1, 2, 5) if high < 30.0 * low else (1,)))
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
@@ -211,7 +211,7 @@ def _tick_log(axis: Any) -> None:
 
 
 def _handle(line: Line, *, rows: bool) -> Any:
-    """Return the legend entry of a line, which looks like its marks: line, points, bars and bands."""
+    """Return the legend entry of a line, drawn like the line itself: line, points, intervals and bands."""
     style, colour = line.style, hex_colour(line.style.colour)
     points = style.line == "points" or line.x.size == 1
     handle = look.legend_handle(
@@ -226,7 +226,7 @@ def _handle(line: Line, *, rows: bool) -> Any:
 
 
 def _draw_notes(axes: Axes, chart: Chart, lines: Sequence[Line]) -> None:
-    """Draw the references with their labels."""
+    """Draw the reference lines and points of a chart with their labels."""
     for reference in chart.references:
         look_of = _look_of(reference)
         line_look = {"color": look_of["colour"], "linestyle": look_of["line"], "linewidth": look_of["width"]}
@@ -251,7 +251,7 @@ def _draw_notes(axes: Axes, chart: Chart, lines: Sequence[Line]) -> None:
 
 
 def _look_of(reference: Reference) -> dict[str, Any]:
-    """Return the colour, pattern and width of a reference's line."""
+    """Return the colour, dash pattern and width of the line of a reference."""
     published = reference.published
     dashes = look.PUBLISHED_DASHES if published else look.REFERENCE_DASHES
     colour = hex_colour("published" if published else "reference")

@@ -1,4 +1,4 @@
-"""Pictures as text inside a page: reduced in width, encoded as WebP and base64."""
+"""Pictures as text inside an HTML page: WebP of reduced width, or compressed SVG, encoded as base64."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from pipeline.reading import read_file
 from pipeline.validation import InvalidInput
 
 _QUALITY = 74
-"""Quality of WebP, 0 to 100."""
+"""Quality of WebP pictures, 0 to 100."""
 _SIZE = re.compile(rb'<svg [^>]*?width="([\d.]+)pt" height="([\d.]+)pt"')
 
 
 def reduced(path: Path, width: int) -> tuple[bytes, int, int]:
-    """Return a PNG as WebP, at most `width` pixels wide, with its width and height."""
+    """Return a PNG as WebP, at most `width` pixels wide, and the width and height of the result, px."""
     try:
         with Image.open(io.BytesIO(read_file(path)), formats=["PNG"]) as stored:
             picture = stored.convert("RGB")
@@ -43,7 +43,7 @@ def reduced(path: Path, width: int) -> tuple[bytes, int, int]:
 
 
 def embedded(path: Path, width: int) -> dict[str, Any]:
-    """Return a picture as a data URI with its size in pixels: ``uri``, ``width``, ``height``.
+    """Return a picture as a data URI with its size, px, under the keys ``uri``, ``width`` and ``height``.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def embedded(path: Path, width: int) -> dict[str, Any]:
 
 
 def packed_vector(path: Path, max_bytes: int) -> dict[str, Any] | None:
-    """Return a compressed SVG as base64 with its size in points: ``packed``, ``width``, ``height``.
+    """Return a compressed SVG as base64 with its size, points: keys ``packed``, ``width`` and ``height``.
 
     None if its text is longer than `max_bytes`.
     """

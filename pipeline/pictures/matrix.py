@@ -1,4 +1,4 @@
-"""A matrix as a heat map with a path through it, and charts next to it."""
+"""Picture of a matrix as a heat map, with a path over it and charts to the right of it."""
 
 from __future__ import annotations
 

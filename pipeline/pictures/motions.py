@@ -1,4 +1,4 @@
-"""One motion in front of a camera: its image, reconstructions from the side, cameras from above, and errors."""
+"""One motion in front of a camera: image, reconstructions from the side, a plan from above, and errors."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from pipeline.scenes import MotionScene
 from pipeline.validation import require_finite
 
 _STRIP_WIDTH, _STRIP_HEIGHT, _CHARTS_HEIGHT = 5.0, 1.3, 1.5
-"""Width and height of a row of skeletons, and height of the charts below all rows, inches."""
+"""Width and height of a row of skeletons, and height of the charts below all rows of skeletons, inches."""
 
 _NAMES_WIDTH = 1.0
-"""Width of the names of the rows of the charts, inches."""
+"""Width, inches, for the names of the rows in the charts."""
 
 _SCALE_MM = 1000.0
-"""Length of the scale of the plan."""
+"""Length of the scale bar of the plan from above, mm."""
 
 _TRUTH: dict[str, Any] = {"colour": "silver", "width": look.BONE_WIDTHS["broad"]}
-"""Colour and line width of the true skeletons."""
+"""Colour and line width of the skeletons of the ground truth."""
 
 
 def draw_motion(canvas: look.Canvas, scene: MotionScene, bones: Bones) -> None:
-    """Draw a motion in rows of one scale, with the charts side by side below them.
+    """Draw a motion in rows with the same scale, with the charts side by side below these rows.
 
     Parameters
     ----------
@@ -62,7 +62,10 @@ def draw_motion(canvas: look.Canvas, scene: MotionScene, bones: Bones) -> None:
 
 
 def _draw_strip(axes: Axes, body: np.ndarray, truth: np.ndarray | None, bones: Bones, colour: str) -> None:
-    """Draw the skeletons of all instants side by side, over the true ones, centred on the mean of the truth."""
+    """Draw the skeletons of all instants side by side, over the ground truth.
+
+    Each skeleton is centred on the mean of the ground truth at its instant.
+    """
     axes.set_axis_off()
     axes.set_aspect("equal")
     middle = np.nanmean(body if truth is None else truth, axis=1, keepdims=True)
@@ -84,7 +87,10 @@ def _draw_strip(axes: Axes, body: np.ndarray, truth: np.ndarray | None, bones: B
 
 
 def _draw_plan(axes: Axes, scene: MotionScene) -> None:
-    """Draw the body's path and the cameras from above, with each camera's middle and field of view, and a scale."""
+    """Draw the body's path and the cameras from above, with a scale bar.
+
+    Each camera has its path, and the position and the field of view in the middle of this path.
+    """
     axes.set_axis_off()
     axes.set_aspect("equal")
     axes.set_anchor("N")

@@ -1,4 +1,4 @@
-"""Notes inside axes: each at the place where it covers no other note, and as little of the data as possible."""
+"""Placement of notes inside axes so that a note covers no other note and as few data points as possible."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from pipeline.charts import Line, Reference
 from pipeline.pictures import style as look
 
 _GAP = 3.0
-"""Distance of a note from its line or point, points."""
+"""Distance of a note from the line or point that it labels, points."""
 
 _FORBIDDEN = 1e6
-"""Cost of a note over another one, or outside the axes, in points of the data that a note covers."""
+"""Cost of a note that covers another note or leaves the axes, as a number of covered data points."""
 
 _ALONG = 100
-"""Number of points along a reference line, as obstacles."""
+"""Number of points along a reference line that count as obstacles for notes."""
 
 Box = tuple[float, float, float, float]
 
 
 class Notes:
-    """Notes of a pair of axes whose position and limits are final.
+    """Notes in axes whose position and limits no longer change.
 
     Parameters
     ----------
@@ -50,14 +50,17 @@ class Notes:
         self.obstacles = np.concatenate([np.empty((0, 2)), *obstacles])
 
     def place_of(self, reference: Reference) -> np.ndarray:
-        """Return the place (2,) of a reference in points from the lower left corner; NaN where it is a line."""
+        """Return the position (2,) of a reference from the lower left corner, points.
+
+        A coordinate along which the reference is a line is NaN.
+        """
         corner = np.array([self.axes.get_xlim()[0], self.axes.get_ylim()[0]])
         position = np.array([np.nan if v is None else float(v) for v in (reference.x, reference.y)])
         at = self._at(np.where(np.isnan(position), corner, position)[None])[0]
         return np.where(np.isnan(position), np.nan, at)
 
     def write(self, reference: Reference) -> None:
-        """Write the label of a reference next to it."""
+        """Write the label of a reference next to the reference."""
         if not reference.label:
             return
         x, y = self.place_of(reference)
@@ -95,7 +98,7 @@ class Notes:
 
 
 def _dense(points: np.ndarray, line: Line) -> np.ndarray:
-    """Return points (N, 2) along a line, interpolated between the data unless it has only points."""
+    """Return points (N, 2) along a line, interpolated between its data; series of points are not interpolated."""
     if line.style.line == "points" or line.strands is not None or len(points) < 2:
         return points
     fine, numbers = np.linspace(0, len(points) - 1, max(len(points), 3 * _ALONG)), np.arange(len(points))

@@ -1,4 +1,4 @@
-"""Picture of one figure, the argument of its `draw`: charts, or another kind of drawing."""
+"""Picture of one figure, the argument of the figure's `draw`: charts, or another kind of drawing."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pipeline.pictures.style import Canvas
 
 
 class Picture(Canvas):
-    """A picture to draw; the first method that is called writes it."""
+    """A picture to draw; the first call of one of its methods writes the files."""
 
     charts = draw_charts
     heat_map = draw_heat_map

@@ -1,4 +1,4 @@
-"""Rows of stick figures: original postures as broad light lines, with reconstructed ones as thin lines over them."""
+"""Rows of stick figures: originals as broad light lines, reconstructions as thin lines over the originals."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _LOOKS: tuple[dict[str, Any], ...] = (
     {"colour": "silver", "width": look.BONE_WIDTHS["broad"]},
     {"colour": "reconstruction", "width": look.BONE_WIDTHS["usual"]},
 )
-"""Line styles of the original and the reconstruction; both stay visible where they overlap."""
+"""Line styles of the original and the reconstruction. Both lines stay visible where they overlap."""
 
 _GROUP_WIDTH, _MAX_ROW_HEIGHT = 3.5, 1.35
 """Largest width of a group of rows, and largest height of a row, inches."""
@@ -26,7 +26,7 @@ _GROUP_WIDTH, _MAX_ROW_HEIGHT = 3.5, 1.35
 def draw_postures(
     canvas: look.Canvas, groups: Sequence[tuple[str, Sequence[PostureRow]]], bones: Bones
 ) -> None:
-    """Draw rows of stick figures, groups side by side.
+    """Draw groups of rows of stick figures; the groups are side by side.
 
     All figures have one scale.  The original and the reconstruction of a posture share one origin, so that a
     displacement is visible.
@@ -92,7 +92,10 @@ def draw_postures(
 
 
 def _centred(row: PostureRow) -> np.ndarray:
-    """Return original and reconstruction (2, n, J, 2), each posture centred on its original's horizontal mean."""
+    """Return original and reconstruction (2, n, J, 2).
+
+    Each pair of postures is centred on the horizontal mean of its original.
+    """
     pair = require_finite(f"postures {row.label}", np.stack([row.original, row.reconstructed]).astype(float))
     pair[..., 0] -= pair[0, :, :, 0].mean(axis=-1)[:, None]
     return pair

@@ -1,4 +1,4 @@
-"""Rows of skeletons: the central posture, then the others one by one, each over the central one."""
+"""Rows of skeletons: the central posture, then each of the other postures over the central posture."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ _MAX_HEIGHT = 2.2
 """Largest height of a skeleton, inches."""
 
 _MIN_WIDTH = 3.6
-"""Smallest width of the picture, inches: that of its legend."""
+"""Smallest width of the picture, inches: the width of its legend."""
 
 
 def draw_skeletons(
     canvas: look.Canvas, rows: Sequence[SkeletonRow], bones: Bones, *, legend: tuple[str, str]
 ) -> None:
-    """Draw rows of skeletons, all at one scale, on a line for the floor.
+    """Draw rows of skeletons, all at the same scale, on a ground line.
 
     Parameters
     ----------

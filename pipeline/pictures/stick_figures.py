@@ -1,4 +1,4 @@
-"""Stick figures: bones as lines, and unmeasured joints as rings."""
+"""Stick figures: bones as lines, and joints that were not measured as rings."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from pipeline.palette import hex_colour
 Bones = Sequence[tuple[int, int]]
 
 RING_SIZE = 3.0
-"""Diameter of the rings of unmeasured joints, points."""
+"""Diameter, points, of the rings at joints that were not measured."""
 
 
 def add_bones(axes: Axes, postures: np.ndarray, bones: Bones, *, colour: str, width: float) -> None:
-    """Add the bones of postures (…, J, 2) to axes, in data units; the limits of the axes do not change."""
+    """Add the bones of postures (…, J, 2), in data units, to axes; the limits of the axes do not change."""
     strips = postures[..., np.asarray(bones), :].reshape(-1, 2, 2)
     lines = LineCollection(list(strips), colors=hex_colour(colour), linewidths=width, capstyle="round")
     axes.add_collection(lines, autolim=False)
 
 
 def add_rings(axes: Axes, postures: np.ndarray, joints: np.ndarray, *, colour: str, width: float) -> None:
-    """Add rings at the unmeasured joints, a mask (J,), of postures (…, J, 2)."""
+    """Add rings to postures (…, J, 2) at the joints that were not measured, a mask (J,)."""
     places = postures[..., joints, :].reshape(-1, 2)
     axes.plot(
         *places.T,

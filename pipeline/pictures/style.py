@@ -1,4 +1,4 @@
-"""Style of every printed picture: letters, line widths, sizes and resolution; also the legend and the files.
+"""Style of every picture: fonts, line widths, sizes, resolution, legend and files.
 
 To change how pictures look, change this module; colours are those of `pipeline.palette`.
 """
@@ -31,24 +31,27 @@ from pipeline.validation import InvalidInput
 PNG_DPI = 200
 
 FAMILY = "system-ui, -apple-system, 'Segoe UI', Roboto, 'DejaVu Sans', sans-serif"
-"""Type family of vector pictures, that of the page.  They are laid out in DejaVu Sans, whose letters are wider."""
+"""Fonts of vector pictures, the same as those of the page.
+
+The layout is computed with DejaVu Sans, whose letters are wider.
+"""
 
 TITLE_SIZE, NOTE_SIZE, SMALL_SIZE = 8, 7, 6.5
-"""Letter sizes of titles, of notes inside the axes and of labels of small parts, points."""
+"""Font sizes, points, of titles, of notes inside the axes, and of labels of small parts."""
 
 NOTE_COLOUR = "#404040"
 
 PANEL_SIZE = (3.7, 2.35)
-"""Width and height of a panel with its labels, inches."""
+"""Width and height of a panel including its labels, inches."""
 
 PAGE_WIDTH = 7.3
 """Width of a picture that has no chart panels, inches."""
 
 MAX_WIDTH = 7.5
-"""Largest width of a picture, inches: the width of a page's text."""
+"""Largest width of a picture, inches, which is the width of the text on a page."""
 
 MIN_SHRUNK = 0.8
-"""Smallest factor on the size of a picture whose width is given."""
+"""Smallest factor by which a picture is reduced to a given width."""
 
 FRAME = 0.1
 """Margin that is added to the width and the height of a picture, inches."""
@@ -59,25 +62,25 @@ LEGEND_LINE = 0.24
 LINE_STYLES: dict[str, Any] = {"solid": "-", "dashed": "--", "dotted": ":", "points": "none"}
 
 LINE_WIDTH, REFERENCE_WIDTH, LEGEND_WIDTH = 1.2, 0.7, 0.9
-"""Line widths of a series and a reference, and the smallest width of a line in a legend, points."""
+"""Line widths, points: of a series, of a reference, and the smallest width in a legend."""
 
 REFERENCE_DASHES, PUBLISHED_DASHES = (0, (1, 1.6)), (0, (5, 2))
-"""Dash patterns of reference lines, and of values that a paper prints."""
+"""Dash patterns of reference lines, and of published values."""
 
 POINT_SIZE = 3.2
-"""Diameter of a point, points."""
+"""Diameter of a plotted point, points."""
 
 BAND_OPACITY, INTERVAL_OPACITY = 0.12, 0.25
-"""Opacities of bands that show the spread, and of intervals."""
+"""Opacities of bands that show the spread, and of bands that show confidence intervals."""
 
 BONE_WIDTHS = {"broad": 3.6, "strong": 1.3, "usual": 1.2, "light": 0.8, "ground": 0.4}
-"""Line widths of the bones of stick figures and of the ground line, points."""
+"""Line widths, points, of the bones of stick figures and of the ground line."""
 
 OUTLINE_WIDTH, PATH_OVER_MATRIX_WIDTH = 0.9, 1.6
-"""Line widths over a matrix, points."""
+"""Line widths, points, of the outline and of the path over a matrix."""
 
 TICK_STEPS = (1, 2, 5, 10)
-"""Leading digits of the intervals between ticks of an abscissa."""
+"""Leading digits of the distance between ticks of an abscissa."""
 
 MATRIX_COLOURS = "viridis"
 
@@ -118,7 +121,7 @@ STYLE: dict[Any, Any] = {
 
 @dataclass(frozen=True)
 class Canvas:
-    """Files of a picture, ``path_stem.svg``, ``path_stem.png`` and others, and the charts of its figure.
+    """Files of a picture (``path_stem.svg``, ``path_stem.png`` and others), and the charts of its figure.
 
     Attributes
     ----------
@@ -151,11 +154,11 @@ class Canvas:
     dpi: int = PNG_DPI
     panels: Sequence[str] = ()
     after_layout: list[Callable[[], None]] = field(default_factory=list)
-    """Drawing that needs the positions of the axes."""
+    """Functions that draw after the layout, because they need the final positions of the axes."""
 
     @property
     def drawn(self) -> list[Chart]:
-        """Charts that the picture shows."""
+        """Charts that the picture contains."""
         charts = [chart for chart in self.sheet.charts if chart.picture]
         letters = [chr(ord("a") + number) for number in range(len(charts))]
         if unknown := set(self.panels) - set(letters):
@@ -170,7 +173,10 @@ class Canvas:
         ]
 
     def new_figure(self, width: float, height: float) -> Figure:
-        """Return an empty figure, at most `MAX_WIDTH` wide or `width_mm`, sizes in inches; inside `applied_style`."""
+        """Return an empty figure of the given size, inches, at most `MAX_WIDTH` wide.
+
+        With `width_mm`, the figure has this width, and its height is scaled.  Call this inside `applied_style`.
+        """
         if self.width_mm and self.width_mm < (least := MIN_SHRUNK * width * 25.4):
             raise InvalidInput(
                 "the picture cannot be read at this width", "figure.width_mm", f"at least {least:.0f}", self.width_mm,
@@ -185,7 +191,7 @@ class Canvas:
 
 @contextmanager
 def applied_style() -> Iterator[None]:
-    """Apply the style instead of the user's settings, and restore them afterwards."""
+    """Apply the style of this package instead of the user's settings, and restore these settings afterwards."""
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(STYLE)
@@ -193,14 +199,14 @@ def applied_style() -> Iterator[None]:
 
 
 def legend_handle(label: str, colour: str, *, line: Any = "-", width: float = LINE_WIDTH) -> Line2D:
-    """Return the legend entry of a series; `line` is one of `LINE_STYLES` or a dash pattern."""
+    """Return the legend entry of a series; `line` is a key of `LINE_STYLES` or a dash pattern."""
     marker = "o" if line == "points" else "none"
     line = LINE_STYLES.get(line, line) if isinstance(line, str) else line
     return Line2D([], [], label=label, color=colour, linestyle=line, marker=marker, linewidth=width)
 
 
 def ring_handle(label: str, size: float) -> Line2D:
-    """Return the legend entry of rings that are `size` points wide."""
+    """Return the legend entry of rings whose diameter is `size`, points."""
     return Line2D(
         [], [], label=label, linestyle="none", marker="o", markersize=size, markerfacecolor="white",
         markeredgecolor=hex_colour("original"), markeredgewidth=LINE_WIDTH / 2,
@@ -208,7 +214,7 @@ def ring_handle(label: str, size: float) -> Line2D:
 
 
 def _legend_above(figure: Figure, entries: Mapping[str, Any]) -> float:
-    """Add a legend at the upper right of a figure; return its height in inches."""
+    """Add a legend at the upper right of a figure, and return the height of the legend, inches."""
     widths = [text_width(label, NOTE_SIZE) + NOTE_SIZE * (2.4 + 0.8 + 1.2) for label in entries]  # points
     room = 72 * figure.get_figwidth() - 8
     columns = len(entries) if sum(widths) < room else max(1, min(len(entries), int(room / max(widths))))
@@ -221,7 +227,7 @@ def _legend_above(figure: Figure, entries: Mapping[str, Any]) -> float:
 
 
 def finish(figure: Figure, canvas: Canvas, entries: Mapping[str, Any], *, room: bool = False) -> None:
-    """Add the legend above a figure and write its files, with the same bytes for the same input.
+    """Add the legend above a figure and write its files. The same input gives the same bytes.
 
     Parameters
     ----------
@@ -253,11 +259,11 @@ def finish(figure: Figure, canvas: Canvas, entries: Mapping[str, Any], *, room: 
 
 
 _WITHOUT = {"svg": ("Date", "Creator"), "png": ("Software",), "pdf": ("CreationDate", "Creator", "Producer")}
-"""Metadata with dates or versions, by format; files have none."""
+"""Metadata that contain dates or versions, by format; they are left out of the files."""
 
 
 def _write(figure: Figure, canvas: Canvas, suffix: str) -> None:
-    """Write one file under a temporary name first, so that no reader sees half a figure."""
+    """Write one file under a temporary name and then rename it, so that no reader sees an incomplete file."""
     stem, content = canvas.path_stem, io.BytesIO()
     caption = {"pdf": "Subject", "png": "Description"}.get(suffix)
     metadata: dict[str, Any] = {caption: canvas.caption} if caption and canvas.caption else {}
@@ -275,7 +281,7 @@ def _write(figure: Figure, canvas: Canvas, suffix: str) -> None:
 
 
 def wrapped(text: str, width: float, size: float = TITLE_SIZE) -> str:
-    """Return a text in lines that are at most `width` points wide, if its words allow."""
+    """Return a text broken into lines of at most `width` points. A longer word has a line of its own."""
     lines: list[str] = []
     for word in text.split(" "):
         longer = f"{lines[-1]} {word}" if lines else word
@@ -288,6 +294,6 @@ def wrapped(text: str, width: float, size: float = TITLE_SIZE) -> str:
 
 @cache
 def text_width(text: str, size: float) -> float:
-    """Return the width of a text in points, in the letters of the style."""
+    """Return the width of a text, points, in the font of the style."""
     font = FontProperties(family=STYLE["font.family"], size=size)
     return text_to_path.get_text_width_height_descent(text, font, ismath="$" in text)[0]

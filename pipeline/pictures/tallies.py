@@ -1,4 +1,4 @@
-"""Counts in rows of stacked bars with a colour for each kind, e.g. claims by verdict."""
+"""Counts as rows of stacked bars with a colour for each kind, e.g. claims by verdict."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ _ROW_HEIGHT = 0.3
 """Height of a row, inches."""
 
 _HATCH = "/////"
-"""Pattern that distinguishes a kind without colours."""
+"""Hatch pattern, which distinguishes a kind without colours."""
 
 _LIGHT = {"amber", "sky", "yellow", "silver"}
-"""Light colours, on which numbers are black."""
+"""Light colours, on which numbers are printed in black."""
 
 
 def draw_tallies(
@@ -28,7 +28,7 @@ def draw_tallies(
     hatched: Collection[str] = (),
     width: float = look.PANEL_SIZE[0],
 ) -> None:
-    """Draw rows of stacked bars with their numbers.
+    """Draw rows of stacked bars with their counts as numbers.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Animated SVG of a walker: the points that a camera sees, and the turning reconstruction next to them.
+"""Animated SVG of a walker: the points that a camera sees, next to the reconstruction, which turns.
 
 The file has no script: ``<animate>`` elements move the points and bones.
 """
@@ -16,13 +16,13 @@ from pipeline.pictures.stick_figures import Bones
 from pipeline.validation import InvalidInput, require_finite
 
 _WIDTH, _HEIGHT, _MARGIN, _HEADING = 880, 372, 14, 58
-"""Width, height and margin of the picture, and height of the words above each half, pixels."""
+"""Width, height and margin of the picture, and height of the text above each half, px."""
 
 _FILL_SHARE = 0.9
-"""Share of the height of a half that the walker fills."""
+"""Share of the height of each half that the walker fills."""
 
 _NIGHT, _PAPER, _INK, _QUIET = "#14171a", "#ffffff", "#1b1d20", "#595f66"
-"""Colours of the dark half, of the background, of titles and of the lines below them."""
+"""Colours of the dark half, of the background, of titles, and of the lines of text below titles."""
 
 
 def draw_walking(
@@ -37,7 +37,7 @@ def draw_walking(
     words: Sequence[tuple[str, str]],
     still: int | None = None,
 ) -> None:
-    """Write an SVG of a walker: points on the left, original (dashed) and reconstruction on the right.
+    """Write an SVG of a walker: observed points left, original (dashed) and reconstruction right.
 
     Projections are in mm, with the second axis up; the frames repeat in a loop.
 
@@ -127,7 +127,10 @@ def _headings(words: Sequence[tuple[str, str]], places: tuple[float, float]) -> 
 
 
 def _dots(points: np.ndarray) -> list[str]:
-    """Return a path for each frame of points (F, J, 2): lines of zero length, whose round ends are dots."""
+    """Return one SVG path for each frame of points (F, J, 2).
+
+    A path consists of lines of length zero, whose round ends look like dots.
+    """
     return ["".join(f"M{x:.1f} {y:.1f}h0" for x, y in frame) for frame in points]
 
 
@@ -138,7 +141,7 @@ def _lines(points: np.ndarray, pairs: np.ndarray) -> list[str]:
 
 
 def _animated(frames: Sequence[str], seconds: float, look: str) -> str:
-    """Return a path that is animated through its frames in a loop; a static path if there is one frame."""
+    """Return an SVG path that loops through its frames, or a static path if there is only one frame."""
     if len(frames) == 1:
         return f'<path d="{frames[0]}" {look}/>'
     return (

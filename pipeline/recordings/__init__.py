@@ -1,4 +1,4 @@
-"""Recordings of the figures for the rerun viewer; the only package that imports rerun.
+"""Recordings of the figures for the Rerun viewer; the only package that imports rerun.
 
 A `Recording` shows results; it can be made again from the tables, which are their record.
 
@@ -42,7 +42,7 @@ __all__ = ["Recording"]
 
 
 def __getattr__(name: str) -> Any:
-    """Import a public name at its first use, since rerun takes long to import."""
+    """Import a public name when it is first used, because rerun takes long to import."""
     if name in __all__:
         return getattr(import_module("pipeline.recordings.recording"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,4 +1,4 @@
-"""Columns of a recording's file, validated where rerun does not raise an error.
+"""Columns of a recording file, with checks of input errors that rerun does not report.
 
 Rerun drops values outside a partition and truncates fractions of a sequence.  A timeline with two types makes an
 invalid file, and without the strict mode a wrong shape logs nothing.  Here each of these is an error.
@@ -22,7 +22,7 @@ rr.set_strict_mode(True)  # otherwise a wrong shape warns and logs nothing
 def body(
     entity: str, positions_mm: np.ndarray, bones: Sequence[tuple[int, int]], space: int
 ) -> tuple[np.ndarray, np.ndarray, Extent]:
-    """Return joints, bone ends and the box around them, in the units and axes of the file.
+    """Return the joints, the ends of the bones, and their bounding box, in the units and axes of the file.
 
     Parameters
     ----------
@@ -64,7 +64,10 @@ def body(
 
 
 def camera_pose(entity: str, matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray, Extent]:
-    """Return centres (T, 3), m, and axes (T, 3, 3), in columns, of cameras with matrices (T, 3, 4), and their box."""
+    """Return centres (T, 3), m, axes (T, 3, 3) and bounding box of cameras with matrices (T, 3, 4), mm.
+
+    The columns of `axes` point right, down and away from the camera.
+    """
     turned = require_finite(entity, require_shape(entity, matrix, ("T", 3, 4)))[..., :3]
     centre = -np.linalg.solve(turned, matrix[..., 3:])[..., 0] * METRES
     away = turned[:, 2] / np.linalg.norm(turned[:, 2], axis=-1, keepdims=True)
@@ -76,7 +79,7 @@ def camera_pose(entity: str, matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray
 
 
 def pinhole(focal: Any, centre: Any, size: Any, distance: float) -> rr.Pinhole:
-    """Return a camera with an image of this size, which the viewer draws at a distance, m."""
+    """Return a pinhole camera with the given image size; the viewer draws its image at `distance`, m."""
     (along, across), (column, row) = focal, centre
     return rr.Pinhole.from_fields(
         image_from_camera=[[along, 0.0, column], [0.0, across, row], [0.0, 0.0, 1.0]],
@@ -87,7 +90,7 @@ def pinhole(focal: Any, centre: Any, size: Any, distance: float) -> rr.Pinhole:
 
 
 def time_column(entity: str, timeline: str, values: Any, rows: int) -> rr.TimeColumn:
-    """Return the column of a timeline: seconds for ``time``, integers for any other name."""
+    """Return the column of a timeline: durations for the timeline ``time``, integers for all others."""
     where = f"{entity} on {timeline}"
     v = vector(where, values)
     if len(v) != rows or (np.diff(v) <= 0).any():
@@ -112,7 +115,7 @@ def time_column(entity: str, timeline: str, values: Any, rows: int) -> rr.TimeCo
 
 
 def vector(where: str, values: Any) -> np.ndarray:
-    """Return a vector (N,) of finite numbers, N at least 1, as float64."""
+    """Return a non-empty vector (N,) of finite numbers as float64."""
     v = require_finite(where, require_shape(where, values, ("N",))).astype(float)
     if not v.size:
         raise InvalidInput("no values", where, code="no_values")
@@ -122,7 +125,7 @@ def vector(where: str, values: Any) -> np.ndarray:
 def band(
     entity: str, places: np.ndarray, low: np.ndarray, high: np.ndarray
 ) -> tuple[np.ndarray, Extent, list[Any]] | None:
-    """Return the mask of rows with both ends of an interval, the box around them, and the columns of their band.
+    """Return a mask of the rows whose interval has both ends, their bounding box, and the columns of the band.
 
     A band is stored as a measurement at its middle, with half its width as the standard deviation.  The result is None
     if no row has both ends.
@@ -145,10 +148,10 @@ def band(
 
 
 def rgb(where: str, colour: str) -> tuple[int, int, int]:
-    """Return red, green and blue of a colour of `pipeline.palette`, for the viewer's dark background."""
+    """Return the red, green and blue values of a colour of `pipeline.palette` for a dark background."""
     return rgb_colour(require_choice(f"{where}, colour", colour, NAMES), dark_ground=True)
 
 
 def partitioned(columns: Any, rows: int, each: int) -> list[Any]:
-    """Return columns of ``rows * each`` values, partitioned into rows of `each` values."""
+    """Return columns of ``rows * each`` values, divided into rows of `each` values."""
     return [*columns.partition([each] * rows)]

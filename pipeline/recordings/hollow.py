@@ -1,4 +1,4 @@
-"""Unmeasured joints, drawn hollow: wire spheres in space, rings in an image."""
+"""Joints that were not measured, drawn hollow: wire spheres in 3D, rings in an image."""
 
 from __future__ import annotations
 
@@ -11,19 +11,22 @@ from pipeline.recordings.columns import body, partitioned, rgb
 from pipeline.recordings.layout import GROUND, METRES, Extent
 
 RING = 2.6
-"""Radius of a ring in an image, relative to that of the bones."""
+"""Radius of a ring in an image, relative to the radius of the bones."""
 
 _INSIDE, _ABOVE = 0.6, 40.0
-"""Share of a ring's radius that is hollow, and the drawing order of the insides (points have the order 30)."""
+"""Radius of the hollow part of a ring, relative to the ring, and drawing order of the hollow parts.
+
+Points have the drawing order 30.
+"""
 
 _SPHERE = 4.5
-"""Radius of a wire sphere, relative to that of the bones."""
+"""Radius of a wire sphere, relative to the radius of the bones."""
 
 
 def hollow_joints(
     entity: str, positions_mm: np.ndarray, colour: str, thickness_mm: float
 ) -> tuple[Any, list[Any], Extent]:
-    """Return the static style, the columns and the box of joints that are drawn hollow.
+    """Return the static style, the columns and the bounding box of joints that are drawn hollow.
 
     Positions (T, J, 3) become wire spheres.  Points (T, J, 2) become discs in the background's colour, which turn the
     points below them into rings.

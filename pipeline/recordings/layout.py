@@ -1,4 +1,4 @@
-"""Blueprint of the viewer for a layout, which `pipeline.scenes` describes as plain values."""
+"""Blueprint of the Rerun viewer for a layout that `pipeline.scenes` describes as plain values."""
 
 from __future__ import annotations
 
@@ -24,30 +24,33 @@ from pipeline.scenes import (
 from pipeline.validation import InvalidInput
 
 METRES = 1e-3
-"""Metres in one millimetre."""
+"""Length of a millimetre in metres."""
 
 _HALF_VIEW = 0.49
-"""Tangent of half the viewer's field of view, measured on the screen."""
+"""Tangent of half the viewer's field of view, as measured on the screen."""
 
 _FILL_SHARE = 0.84
-"""Share of a view that its content fills."""
+"""Share of a view that the content of the view fills."""
 
 _WINDOW_HEIGHT = 850.0
-"""Height of the views of the viewer's usual window, points of the screen."""
+"""Total height of the views in a typical window of the viewer, points of the screen."""
 
 _FRAME, _LEGEND_LINE, _LEGEND_MARGIN = 50.0, 19.0, 14.0
-"""Heights of a plot's title and axis, of a line of its legend, and of the legend's margins, points of the screen."""
+"""Heights, points of the screen: a plot's title with its axis, a line of the legend, the legend's margins."""
 
 MAX_LEGEND_ROOM = 1.5
-"""Largest space for a legend, as a share of the height of the curves."""
+"""Largest space for a legend, relative to the height of the curves."""
 
 GROUND = (24, 26, 31)
-"""Background of skeleton views, the same in a light and a dark theme."""
+"""Background colour of skeleton views, the same in the light and the dark theme of the viewer."""
 
 
 @dataclass(frozen=True)
 class Extent:
-    """Box around an entity: (abscissa, ordinate) in a plot; metres in an image (right, down) and in space."""
+    """Bounding box of an entity in a plot, an image or space.
+
+    Coordinates are abscissa and ordinate in a plot, right and down in an image, m, and x, y, z in space, m.
+    """
 
     low: tuple[float, ...]
     high: tuple[float, ...]
@@ -57,7 +60,7 @@ Extents = Mapping[str, Extent | None]
 
 
 def blueprint(layout: View | Split, *, timeline: str, extents: Extents, playing: bool) -> rrb.Blueprint:
-    """Return the viewer's blueprint of a layout.
+    """Return the blueprint that shows a layout in the viewer.
 
     Parameters
     ----------
@@ -90,7 +93,7 @@ def blueprint(layout: View | Split, *, timeline: str, extents: Extents, playing:
 
 
 def _below(path: str, entities: Collection[str]) -> list[str]:
-    """Return the entities at or below a path."""
+    """Return the entities whose path is, or begins with, the given path."""
     return [entity for entity in entities if f"{entity}/".startswith(f"{path}/")]
 
 
@@ -110,7 +113,7 @@ def _part(part: View | Split, timeline: str, extents: Extents, height: float) ->
 
 
 def legend_room(names: int, height: float) -> float:
-    """Return the space for a legend above curves, as a share of the height of the curves.
+    """Return the space for a legend above curves, relative to the height of the curves.
 
     Parameters
     ----------
@@ -176,7 +179,7 @@ def _view(view: View, timeline: str, extents: Extents, height: float) -> rrb.Vie
 
 
 def framed(view: Space3D, extents: Extents) -> tuple[np.ndarray, np.ndarray]:
-    """Return the position and the target of the viewer's eye, metres, such that the content fills the view."""
+    """Return the position and the target of the viewer's eye, m, for which the content fills the view."""
     low, high = _box(view, extents, margin=0.0, paths=view.focus)
     target, (across, along, height) = (low + high) / 2.0, high - low
     way = np.array(view.eye_mm) - np.array(view.target_mm)
@@ -186,7 +189,7 @@ def framed(view: Space3D, extents: Extents) -> tuple[np.ndarray, np.ndarray]:
 
 
 def image_bounds(view: Image2D, extents: Extents) -> tuple[np.ndarray, np.ndarray]:
-    """Return the upper left and the lower right corner of an image's view, metres."""
+    """Return the upper left and the lower right corner of the view of an image, m."""
     low, high = _box(view, extents, margin=(1.0 / _FILL_SHARE - 1.0) / 2.0, paths=view.focus)
     if view.next_to is None:
         return low, high
@@ -197,7 +200,7 @@ def image_bounds(view: Image2D, extents: Extents) -> tuple[np.ndarray, np.ndarra
 
 
 def _hidden(view: Space3D | Image2D) -> dict[Any, Any] | None:
-    """Return overrides that hide all but the shown entities; visibility is inherited."""
+    """Return overrides that hide everything except the focused entities; parts inherit the visibility."""
     if not view.focus:
         return None
     tops = view.contents or (view.origin,)
@@ -206,7 +209,7 @@ def _hidden(view: Space3D | Image2D) -> dict[Any, Any] | None:
 
 
 def _ordered(view: View, limits: tuple[float, float]) -> tuple[float, float]:
-    """Return the limits of an axis; a single value gets a margin of one on either side."""
+    """Return the limits of an axis; if both are equal, add a margin of 1 on either side."""
     low, high = limits
     if low == high:
         return low - 1.0, high + 1.0
@@ -220,7 +223,10 @@ def _ordered(view: View, limits: tuple[float, float]) -> tuple[float, float]:
 def _box(
     view: View, extents: Extents, *, margin: float, paths: tuple[str, ...] = ()
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return two corners of the box around a view's content, or part of it, widened by a fraction of its size."""
+    """Return two corners of the bounding box of some paths, or of a view's content, with a margin.
+
+    The margin is relative to the size of the box.
+    """
     paths = paths or view.contents or (view.origin,)
     axes = 3 if isinstance(view, Space3D) else 2  # the image of a camera in space is not part of the box
     below = (extents[entity] for path in paths for entity in _below(path, extents))

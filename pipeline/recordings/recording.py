@@ -1,4 +1,4 @@
-"""Recordings for the rerun viewer: skeletons, curves, bars and matrices, a layout and a description."""
+"""Recordings for the Rerun viewer: skeletons, curves, bar charts and matrices, a layout and a description."""
 
 from __future__ import annotations
 
@@ -30,17 +30,17 @@ from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput, require_finite, require_shape
 
 _FOOTER = b"RRF2FOOT"
-"""Marker before the version at the end of every complete file."""
+"""Marker near the end of every complete file, in front of the version."""
 
 _FRUSTUM = 0.3
-"""Length of a camera's frustum, as a share of the distance at which its image is measured."""
+"""Length of a camera's frustum, relative to the distance at which the camera's image is measured."""
 
 _LINE_WIDTH = 2.0
 """Width of curves, points of the screen."""
 
 
 class Recording:
-    """Writer of a recording, in a folder that is published when it is complete.
+    """Writer of a recording into a folder that is published when the recording is complete.
 
     Parameters
     ----------
@@ -134,7 +134,7 @@ class Recording:
         thickness_mm: float = 7.0,
         estimated: np.ndarray | None = None,
     ) -> None:
-        """Add a moving skeleton in space or in an image: joints as points and bones as line strips, on one entity.
+        """Add a moving skeleton, in space or in an image, as one entity: joints as points, bones as lines.
 
         Parameters
         ----------
@@ -183,7 +183,7 @@ class Recording:
             self._add(part, style, extent=extent, at=at, columns=columns, rows=len(joints))
 
     image_points = skeleton
-    """Alias of `skeleton` for points of an image."""
+    """Alias of `skeleton` for points in an image."""
 
     def camera(
         self,
@@ -193,7 +193,7 @@ class Recording:
         *,
         distance_mm: float,
     ) -> None:
-        """Add a camera in space, and its skeleton image on ``<entity>/seen``; the image's origin is `entity`.
+        """Add a moving camera at `entity`, and the skeleton projected into its image at ``<entity>/seen``.
 
         Parameters
         ----------
@@ -224,7 +224,7 @@ class Recording:
         content: bytes = b"",
         at: Sequence[float] | np.ndarray = (),
     ) -> None:
-        """Add a camera that does not move, whose image in pixels is `entity`, and its film on ``<entity>/film``.
+        """Add a fixed camera with its image plane, px, at `entity` and its film at ``<entity>/film``.
 
         Parameters
         ----------
@@ -315,7 +315,10 @@ class Recording:
                 self._add(where, look, extent=extent, at=places[finite], columns=parts, rows=finite.sum())
 
     def _chart(self, chart: Chart, tables: Mapping[str, Any]) -> None:
-        """Add the lines of a chart as ``curves/<quantity>/<series>``, and its plot to `plots`; skip existing ones."""
+        """Add the lines of a chart as ``curves/<quantity>/<series>``, and its plot to `plots`.
+
+        Lines and plots that exist already are skipped.
+        """
         top = f"curves/{'log10_' if chart.log_y else ''}{chart.quantity}"
         abscissa: np.ndarray | None = None
         for line in lines_of(chart, tables):
@@ -356,7 +359,7 @@ class Recording:
             self.plots.append(plot)
 
     def bars(self, entity: str, values: np.ndarray, abscissa: np.ndarray, *, colour: str = "blue") -> None:
-        """Add a bar chart of `values` (N,) over `abscissa` (N,)."""
+        """Add a bar chart with the heights `values` (N,) at the positions `abscissa` (N,)."""
         heights, places = vector(entity, values), vector(entity, abscissa)
         require_shape(f"{entity}, abscissa", places, heights.shape)
         self._add(entity, rr.BarChart(heights, abscissa=places, color=rgb(entity, colour)))
@@ -364,7 +367,7 @@ class Recording:
     def matrix(
         self, entity: str, array: np.ndarray, *, paths: Mapping[str, tuple[np.ndarray, str]] | None = None
     ) -> None:
-        """Add a matrix as a coloured image, dark low and bright high, with paths drawn over it.
+        """Add a matrix as a coloured image, with dark low values, bright high values and paths drawn over it.
 
         Parameters
         ----------
@@ -394,7 +397,7 @@ class Recording:
             self._add(where, rr.LineStrips2D([middle], colors=rgb(where, colour), radii=0.15))
 
     def blueprint(self, layout: View | Split, *, playing: bool = False) -> None:
-        """Set the layout that the viewer opens; call once, after all entities have been added.
+        """Set the layout with which the viewer opens; call this once, after all entities have been added.
 
         Parameters
         ----------
@@ -420,7 +423,7 @@ class Recording:
         columns: Iterable[Any] = (),
         rows: int = 0,
     ) -> None:
-        """Add an entity; each may be added only once, since static data would hide later rows."""
+        """Add an entity. A path may be used only once, because static data would hide later rows."""
         if not re.fullmatch(r"[\w.-]+(/[\w.-]+)*", entity, re.ASCII):
             expected = "letters, digits, '_', '-' and '.', with / between the parts"
             raise InvalidInput(
@@ -440,11 +443,11 @@ class Recording:
 
 
 def _path(words: str) -> str:
-    """Return words as a part of an entity's path."""
+    """Return words in the form of one part of an entity's path."""
     words = re.sub(r"-(?=[0-9])", "minus_", words.replace("µ", "mu"))
     return re.sub(r"[^A-Za-z0-9]+", "_", words).strip("_")
 
 
 def _ordinate(chart: Chart, values: np.ndarray) -> np.ndarray:
-    """Return the values that the recording shows: their log10 if the chart's ordinate is logarithmic."""
+    """Return the values as shown in the recording: their log10 if the ordinate of the chart is logarithmic."""
     return np.log10(values) if chart.log_y else values

@@ -1,4 +1,4 @@
-"""Opening of a recording in the viewer: ``python -m pipeline.recordings.viewing FILE``.
+"""Command that opens a recording in the viewer: ``python -m pipeline.recordings.viewing FILE``.
 
 A layout cannot state the time at which the viewer starts, and the viewer starts at the first row.  Over view angles the
 first row is the left profile.  Here the viewer is sent to 0 degrees once the file is loaded.
@@ -18,13 +18,15 @@ import rerun
 from rerun.experimental import ViewerClient
 
 TIMELINE = "view_angle_deg"
-"""Timeline that starts at 0."""
+"""Timeline that the viewer shows at 0 when it opens."""
 PROGRAM = Path(rerun.__file__).parents[1] / "rerun_cli" / ("rerun.exe" if os.name == "nt" else "rerun")
 TIMEOUT_S = 60.0
 
 
 def open_viewer(path: Path, *options: str) -> tuple[subprocess.Popen[bytes], Any]:
-    """Start the viewer with a recording, and return its process and its client; the client is None without an answer.
+    """Start the viewer with a recording, and return the viewer's process and a client of the viewer.
+
+    The client is None if the viewer does not answer.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Sentences on what agrees, with our numbers on recorded people if these decide the claim."""
+"""Sentences about the claims that agree, with our numbers on recorded people if these numbers decide the claim."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from pipeline.studies.registry import all_measures
 from pipeline.validation import InvalidInput
 
 GENERATED = "synthetic"
-"""Data set of generated people, whose statistics are not evidence about people."""
+"""Data set of synthetic people, whose statistics are not evidence about real people."""
 
 
 @dataclass(frozen=True)
 class Numbers:
-    """Our numbers on a data set.
+    """Our values of claims and quantities on one data set.
 
     Attributes
     ----------
@@ -39,7 +39,7 @@ class Numbers:
     quantity: Callable[[str], float]
 
     def __call__(self, name: str) -> float:
-        """Return our value of a claim or quantity, or the value of a claim's baseline; NaN without one."""
+        """Return our value of a claim or quantity, or the value of a claim's baseline; NaN if there is no value."""
         column = "baseline_value" if name.startswith(BASELINE) else "value"
         claim = name.removeprefix(BASELINE)
         if claim not in self.rows:
@@ -49,7 +49,7 @@ class Numbers:
 
 
 def numbers_of(results: Published) -> Numbers:
-    """Return the numbers of the page's results; quantities are computed from the tables."""
+    """Return our values in the results of the page; values of quantities are computed from the tables."""
 
     def quantity(name: str) -> float:
         item = papers.quantity(name.removeprefix(BASELINE))
@@ -67,7 +67,7 @@ def numbers_of(results: Published) -> Numbers:
 def numbers_of_others(
     others: Mapping[str, Sequence[Mapping[str, Any]]], listed: Sequence[Mapping[str, str]]
 ) -> list[Numbers]:
-    """Return the numbers of other data sets.
+    """Return our values on the other data sets, one `Numbers` for each data set.
 
     Parameters
     ----------
@@ -89,7 +89,9 @@ def numbers_of_others(
 
 
 def sentences(paper: papers.Paper, own: Numbers, others: Sequence[Numbers]) -> list[dict[str, Any]]:
-    """Return the sentences on what agrees, each with its verdict, from the first data set that decides its claim.
+    """Return the sentences about what agrees, each with its verdict.
+
+    The verdict is from the first data set that decides the claim of the sentence.
 
     Recorded people come first, then the page's own data set.  A sentence without a decided claim has the page's own
     numbers; a sentence without all of its numbers is left out.

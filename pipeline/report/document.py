@@ -1,4 +1,4 @@
-"""Assembly of the page from the published folders: an entry for each paper and each figure.
+"""Assembly of the page from the folders of published figures: an entry for each paper and each figure.
 
 `pipeline/report/page` has the template, the style and the scripts.  ``conf/paper`` has the sentences on the papers.
 """
@@ -21,15 +21,18 @@ PAGE = "index.html"
 """File name of the page."""
 
 MAX_BYTES = 2_200_000
-"""Size limit of the page, bytes: larger ones are slow to open and too large for mail."""
+"""Size limit of the page, bytes. A larger page is slow to open and too large for mail."""
 TUTORIAL = "tutorial"
 """Folder of the tutorial's pictures, in ``results`` and in a light archive."""
 
 _TITLE, _HEAD_BYTES = b"<title>3D motion from 2D motion: ", 1000
-"""Text in the first bytes of every page that this module wrote; other files are not replaced."""
+"""Text at the start of every page of this module, and number of bytes in which it is searched.
+
+A file without this text is not replaced.
+"""
 
 MIN_PICTURE_WIDTH = 700
-"""Smallest width of the pictures on the page, px, even if the page is then too large."""
+"""Smallest width of the pictures on the page, px, even if the page then exceeds its size limit."""
 
 _SCRIPTS = (
     "walker.js",
@@ -41,7 +44,7 @@ _SCRIPTS = (
     "agreement.js",
 )
 _LAST_SCRIPTS = ("theme.js", "page.js")
-"""Scripts that run after those of plug-ins; the second starts the page."""
+"""Scripts that run after the scripts of plug-ins; the second of them starts the page."""
 
 
 def write_page(
@@ -51,7 +54,7 @@ def write_page(
     to: Path | None = None,
     motion: bool = True,
 ) -> Path:
-    """Write ``index.html`` next to the published figures, with smaller pictures if it would be too large.
+    """Write ``index.html`` next to the published figures; pictures are reduced to keep the size limit.
 
     Parameters
     ----------
@@ -99,7 +102,7 @@ def write_page(
 
 
 def _render(results: Published, to: Path, width: int, motion: bool) -> tuple[str, int]:
-    """Return the text of the page, and the number of its bytes that are pictures."""
+    """Return the HTML of the page, and the number of its bytes that belong to pictures."""
     environment = templates.environment()
     environment.filters["tone"] = verdicts.tone
     style = templates.style()

@@ -1,4 +1,4 @@
-"""Entries of the page for papers, figures, claims and tables, as plain values for its template."""
+"""Entries of the report page: papers, figures, claims and tables, as plain values for its template."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from pipeline.studies.captions import filled_caption
 from pipeline.studies.published import filled
 
 PICTURE_WIDTH = 1400
-"""Largest width of a raster picture in the page, px."""
+"""Largest width of a raster picture on the page, px."""
 
 MAX_VECTOR_BYTES = 120_000
-"""Size limit of a compressed vector picture in the page, bytes; larger ones become raster pictures."""
+"""Size limit of a compressed vector picture on the page, bytes. A larger picture becomes a raster picture."""
 
 THUMBNAIL_WIDTH = 240
-"""Width of the pictures of closed figures, px; half of it is shown."""
+"""Width, px, of the pictures of figures that are closed when the page opens; half of it is shown."""
 
 
 def paper_entry(
@@ -36,7 +36,7 @@ def paper_entry(
     entries: Mapping[str, dict[str, Any]],
     others: Mapping[str, Sequence[Mapping[str, Any]]] | None = None,
 ) -> dict[str, Any]:
-    """Return the entry of a paper: sentences with our numbers, verdicts, and figures.
+    """Return the entry of a paper: sentences with our values, verdicts, and figures.
 
     `others` are the claims of other data sets: sentences on recorded people, and counts for comparison.
     """
@@ -86,12 +86,12 @@ def paper_entry(
 
 
 def _unbroken(sentence: str) -> str:
-    """Return a sentence with a space before each unit, at which no line breaks."""
+    """Return a sentence with a non-breaking space before each unit."""
     return re.sub(r"(?<=\d) ?%", "\u00a0%", sentence).replace(" mm", "\u00a0mm")
 
 
 def _sentence(template: str, data: str, numbers: Numbers) -> str:
-    """Return a sentence with our numbers, and their values under other assumptions."""
+    """Return a sentence with our values, and with their values under other assumptions in brackets."""
     other = [
         run.filled(name, numbers(name))
         for name in papers.placeholders(template)
@@ -103,7 +103,7 @@ def _sentence(template: str, data: str, numbers: Numbers) -> str:
 
 
 def counted_kinds(paper: papers.Paper) -> tuple[papers.Kind, ...]:
-    """Return the kinds of claims that are counted: results and sentences of a paper, targets for our own work."""
+    """Return the kinds of claims that are counted: results and sentences of a paper, or targets of our own work."""
     return papers.OF_PAPERS if paper.figures else (papers.Kind.TARGET,)
 
 
@@ -119,7 +119,7 @@ def figure_entry(
     to: Path,
     width: int,
 ) -> dict[str, Any]:
-    """Return the entry of a figure; its links are relative to a page in the folder `to`."""
+    """Return the entry of a figure, whose links are relative to a page in the folder `to`."""
     claims = results.claims_of(figure=figure.name)
     origin = figure.manifest.get("provenance", {})
     dirty = " with changes" if origin.get("dirty") is True else ""
@@ -166,7 +166,10 @@ def _claim_entry(row: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def played_tables(figure: PublishedFigure) -> dict[str, str]:
-    """Return the columns that the players compare with as CSV texts, by file name; numbers have six digits."""
+    """Return the table columns with which the players compare their results, as CSV strings by file name.
+
+    Numbers have six digits.
+    """
     texts_of = {}
     for name, read_columns in players.columns_of(figure.name).items():
         table = figure.table(Path(name).stem) or {}
@@ -181,7 +184,10 @@ def played_tables(figure: PublishedFigure) -> dict[str, str]:
 
 
 def _picture(figure: PublishedFigure, width: int) -> dict[str, Any] | None:
-    """Return the vector picture, or the raster one if the former is missing or too large; None without both."""
+    """Return the vector picture of a figure, or the raster picture if the vector picture is missing or too large.
+
+    Return None if the figure has neither.
+    """
     vector = figure.folder / "figure.svg"
     if vector.is_file() and (drawn := packed_vector(vector, MAX_VECTOR_BYTES)):
         return drawn
@@ -190,17 +196,17 @@ def _picture(figure: PublishedFigure, width: int) -> dict[str, Any] | None:
 
 
 PUBLISHED = "published.csv"
-"""File name of the published numbers of all data sets, in ``results``."""
+"""File name, in the folder ``results``, of the published numbers of all data sets."""
 
 
 def published_rows() -> list[dict[str, str]]:
-    """Return the rows of ``published.csv``; empty without the file."""
+    """Return the rows of ``published.csv``, or an empty list if the file does not exist."""
     listed = provenance.PROJECT / "results" / PUBLISHED
     return tables.read_rows(listed) if listed.is_file() else []
 
 
 def published_numbers(results: Published) -> dict[str, list[dict[str, Any]]]:
-    """Return the tables of published numbers of all data sets, and the commit of each set.
+    """Return the tables of published numbers of all data sets, and the commit of each data set.
 
     Both are empty unless the results are full-scale and their data set is among the published ones.  A commit has a
     note if the figures of this page come from another one.
@@ -233,7 +239,7 @@ def published_numbers(results: Published) -> dict[str, list[dict[str, Any]]]:
 
 
 def terms_of(results: Published) -> dict[str, str]:
-    """Return the terms of use of each data source of the figures."""
+    """Return the terms of use of every data source of the figures, by source."""
     listed = provenance.PROJECT / "data" / "sources.csv"
     rows = tables.read_rows(listed) if listed.is_file() else []
     terms = {row["source"]: row["terms"] for row in rows}
@@ -243,13 +249,16 @@ def terms_of(results: Published) -> dict[str, str]:
 
 
 def options_of(data: str, scale: str) -> str:
-    """Return the options of the make command for a data set and a scale, with a space before each."""
+    """Return the options of the make command for a data set and a scale, each after a space."""
     options = "" if data == "synthetic" else f" DATA={data}"
     return options + ("" if scale == "full" else f" SCALE={scale}")
 
 
 def _link(folder: Path, name: str) -> str:
-    """Return the link to a file, or to its compressed version, relative to the page; empty without either."""
+    """Return the link to a file or to its compressed version, relative to the page.
+
+    The link is empty if neither exists.
+    """
     candidates = (name, f"{name}.gz", name.replace(".png", ".webp"))
     return next(
         (f"{folder.name}/{candidate}" for candidate in candidates if (folder / candidate).is_file()), ""

@@ -1,4 +1,7 @@
-"""Pictures at the top of the README, from published figures: a walker, the curve of figure 5, and the verdicts."""
+"""Pictures at the top of the README, drawn from published figures: a walker, a curve, and the verdicts.
+
+The curve is that of zhang2007's figure 5.
+"""
 
 from __future__ import annotations
 
@@ -26,15 +29,15 @@ from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput
 
 RECORDED = "optical"
-"""Data set of recorded people."""
+"""Name of the data set of recorded people."""
 
 FIGURE = "zhang2007_fig5"
-"""Name of the figure with the walker and the curve."""
+"""Name of the figure from which the walker and the curve are drawn."""
 
 VIEW_DEG = 0.0
-"""View of the walker: straight from behind, where the image contains least of the depth."""
+"""View angle of the walker, degrees: straight from behind, where the image shows least of the depth."""
 _FRAMES, _CYCLES, _FIRST = 20, 5, 12
-"""Frames of a gait cycle, cycles of one turn of the walker, and the frame of the still picture."""
+"""Frames per gait cycle, gait cycles per turn of the walker, and index of the frame in the still picture."""
 
 _METHODS = {
     "average_walker": Style("average walker, the same for all", "baseline", line="dotted"),
@@ -58,13 +61,16 @@ _ANSWERS = {
     Agreement.DIFFERS: "orange",
     Agreement.UNTESTABLE: "grey",
 }
-"""Colours of the bars, in order: claims that agree first, and among them those that beat their baseline."""
+"""Colours of the bars of ``verdicts.svg``, in the order of the bars.
+
+Claims that agree are first, and among them the claims that beat their baseline.
+"""
 _DARK = "<style>@media (prefers-color-scheme: dark) {:root {filter: invert(.93) hue-rotate(180deg)}}</style>"
-"""Style that inverts the lightness on a dark page and keeps the hues."""
+"""Style for a dark page, which inverts the lightness of colours and preserves their hues."""
 
 
 def draw_first_screen(results: Published, recorded: Published, to: Path) -> list[Path]:
-    """Write ``walker.svg``, ``walker_still.svg``, ``curve.svg`` and ``verdicts.svg``; return the files.
+    """Write ``walker.svg``, ``walker_still.svg``, ``curve.svg`` and ``verdicts.svg``, and return their paths.
 
     Parameters
     ----------
@@ -131,7 +137,10 @@ def draw_first_screen(results: Published, recorded: Published, to: Path) -> list
 
 
 def _walker(figure: PublishedFigure, to: Path) -> list[Path]:
-    """Draw the walker whose errors from this view are nearest to the methods' medians, by their ratio."""
+    """Draw the walker whose errors in the picture's view are nearest to the methods' median errors.
+
+    Nearness is measured by the ratio of error and median.
+    """
     arrays = figure.arrays
     views = np.flatnonzero(arrays["demonstration_view_deg"] == VIEW_DEG)
     methods = arrays["methods"].tolist()
@@ -177,7 +186,7 @@ def _walker(figure: PublishedFigure, to: Path) -> list[Path]:
 
 
 def _counts(claims: Iterable[Mapping[str, Any]]) -> dict[str, int]:
-    """Return the number of a paper's claims in each bar."""
+    """Return the number of a paper's claims in each bar of ``verdicts.svg``."""
     tally = papers.count(claims, papers.OF_PAPERS)
     within = {Beyond.YES: _BEYOND, Beyond.NOT_APPLICABLE: _WITHOUT, Beyond.UNKNOWN: _UNKNOWN}
     bars: Counter[str] = Counter()

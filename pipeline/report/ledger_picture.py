@@ -1,4 +1,6 @@
-"""Data of the ledger's picture: position of each claim relative to its bound, its baseline and the paper's value.
+"""Data of the picture of the claims ledger: each claim's position relative to its bound.
+
+The positions of the baseline and of the paper's value are included.
 
 All claims share one abscissa without a unit.  The bound is at 0, and values that agree with the paper are positive.
 For a one-sided bound, the position is the distance from the bound, divided by the larger of the baseline's and the
@@ -25,7 +27,7 @@ CLAIMS, SWITCHES = "claims.csv", "sensitivity.csv"
 
 
 class Abscissa:
-    """Axis of one claim: positions of its numbers, positive if they agree with the paper.
+    """Axis of one claim, on which values that agree with the paper have positive positions.
 
     Parameters
     ----------
@@ -57,7 +59,7 @@ class Abscissa:
         self.unit = next((length for length in lengths if length > 0.0 and np.isfinite(length)), 1.0)
 
     def place(self, value: float) -> float:
-        """Return the position of a value."""
+        """Return the position of a value on the axis."""
         if np.isfinite(self.low) and np.isfinite(self.high):
             half = (self.high - self.low) / 2.0
             off = abs(value - (self.low + self.high) / 2.0)
@@ -65,14 +67,14 @@ class Abscissa:
         return ((value - self.low) if np.isfinite(self.low) else (self.high - value)) / self.unit
 
     def interval(self, low: float, high: float) -> tuple[float, float]:
-        """Return the smallest and the largest position of an interval."""
+        """Return the smallest and the largest position of the values in an interval."""
         ends = sorted((self.place(low), self.place(high)))
         middle = (self.low + self.high) / 2.0
         return ends[0], 1.0 if np.isfinite(middle) and low <= middle <= high else ends[1]
 
 
 def abscissae(rows: Sequence[Mapping[str, Any]]) -> dict[str, Abscissa]:
-    """Return the abscissa of each claim with bounds, by name.
+    """Return the axis of each claim that has bounds, by claim name.
 
     The bounds come from the claims of this version.  A row whose claim is absent here, or has other bounds here, gets
     no abscissa.
@@ -97,7 +99,7 @@ def abscissae(rows: Sequence[Mapping[str, Any]]) -> dict[str, Abscissa]:
 
 
 def ledger_picture(results: Published, *, listed: Path | None = None) -> dict[str, Any]:
-    """Return the data from which the page's script draws the ledger; empty without claims.
+    """Return the data from which the page's script draws the ledger, or an empty dict if there are no claims.
 
     Parameters
     ----------
@@ -129,7 +131,7 @@ def ledger_picture(results: Published, *, listed: Path | None = None) -> dict[st
 
 
 def name_of(paper: papers.Paper) -> str:
-    """Return the first author's surname and the year, or ``ours`` and the key of our own work."""
+    """Return the first author's surname and the year of a paper, or ``ours`` and the key of our own work."""
     first = paper.authors.replace(" and ", ", ").split(",")[0]
     return f"{first.split()[-1]} {paper.year}" if paper.figures else f"ours: {paper.key}"
 
@@ -160,7 +162,10 @@ def _words(row: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _claim_numbers(row: Mapping[str, Any], axes: Mapping[str, Abscissa]) -> dict[str, Any]:
-    """Return numbers, positions and verdicts of a claim's row; empty without a number, no positions without an axis."""
+    """Return values, positions and verdicts for the row of a claim.
+
+    The result is empty if the row has no value, and has no positions if the claim has no axis.
+    """
     value, axis = row.get("value"), axes.get(row["claim"])
     if not isinstance(value, int | float):
         return {}
@@ -181,7 +186,7 @@ def _claim_numbers(row: Mapping[str, Any], axes: Mapping[str, Abscissa]) -> dict
 
 
 def _numbers(axis: Abscissa | None, value: float, low: Any, high: Any, agreement: str) -> dict[str, Any]:
-    """Return a value, its interval if it has one, their positions on the axis, and the verdict."""
+    """Return a value, its verdict, its position on the axis, and the interval if there is one."""
     entry = {"value": _short(value), "verdict": agreement, "tone": tone(agreement)}
     if axis:
         entry["at"] = _at(axis.place(value))
@@ -197,13 +202,13 @@ def _short(value: float) -> float:
 
 
 def _at(position: float) -> float:
-    """Return a position in per cent of the width, with the bound at 45; large distances are compressed."""
+    """Return a position in per cent of the width. The bound is at 45, and large distances are compressed."""
     compressed = position / (1.0 + abs(position))
     return round(45.0 + (53.0 if compressed > 0 else 43.0) * compressed, 1)
 
 
 def other_sets(results: Published) -> dict[str, Sequence[Mapping[str, Any]]]:
-    """Return the claims of other data sets, from neighbouring results or else from the light archives."""
+    """Return the claims of other data sets, from results in neighbouring folders or from the light archives."""
     claims_of: dict[str, Sequence[Mapping[str, Any]]] = {}
     light = visible(PROJECT / "results" / "archive" / "light", f"*/{CLAIMS}")
     near = visible(results.folder.parent.parent, f"*/{results.scale}/{CLAIMS}")
@@ -215,7 +220,7 @@ def other_sets(results: Published) -> dict[str, Sequence[Mapping[str, Any]]]:
 
 
 def _switches(results: Published, axes: Mapping[str, Abscissa], path: Path) -> list[dict[str, Any]]:
-    """Return the switches with the claims that each one changes; those that change most verdicts come first."""
+    """Return the switches with the claims that each switch changes, most changed verdicts first."""
     rows = tables.read_rows(path) if path.is_file() else []
     rows_of: dict[tuple[str, str], list[Mapping[str, str]]] = {}
     for row in rows:

@@ -25,23 +25,23 @@ from pipeline.storage.publishing import publish
 from pipeline.validation import InvalidInput
 
 MAX_BYTES, METADATA_BYTES = 10_000_000, 500_000
-"""Size limits of the archive, and of the metadata in it, bytes."""
+"""Size limits, bytes, of the whole archive and of its metadata."""
 
 RECORDINGS_BYTES = 1_000_000
-"""Space that the tables leave to recordings, bytes."""
+"""Size, bytes, that is reserved for recordings when tables are written."""
 
 PLAIN_BYTES = 20_000
-"""Size above which tables are compressed, bytes."""
+"""Size, bytes, above which a table is compressed."""
 
 WIDTH = 1100
-"""Largest width of the pictures, px."""
+"""Largest width of the pictures in the archive, px."""
 
 LEFT_OUT = "left_out.csv"
-"""Table of the figures' files that are not in the archive, with size and digest."""
+"""Table of the figure files that the archive omits, with their sizes and digests."""
 
 
 def keep_light(folder: Path, target: Path, figures: Sequence[str], **traced: Any) -> dict[str, int]:
-    """Write the light archive of ``results/<data>/full`` in `target`; return the bytes of each kind of file.
+    """Write the light archive of ``results/<data>/full`` to `target`, and return the bytes of each kind of file.
 
     Parameters
     ----------
@@ -115,11 +115,14 @@ def keep_light(folder: Path, target: Path, figures: Sequence[str], **traced: Any
 
 
 Files = list[tuple[str, bytes]]
-"""Names in the archive, and contents."""
+"""Files as pairs of name in the archive and content."""
 
 
 def _smallest_first(results: Published, folder: Path) -> tuple[Files, Files]:
-    """Return tables with manifests, and recordings, each sorted by size; large tables are compressed."""
+    """Return two lists of files, each sorted by size: tables with manifests, and recordings.
+
+    Manifests precede tables, and large tables are compressed.
+    """
     texts: Files = []
     recordings: Files = []
     for name, figure in results.figures.items():
@@ -141,7 +144,10 @@ def _smallest_first(results: Published, folder: Path) -> tuple[Files, Files]:
 
 
 def _write_until_full(files: Files, inside: Path, room: int) -> tuple[int, set[str]]:
-    """Write files while there is room; return the remaining bytes, and the names without ``.gz``."""
+    """Write files while the remaining size permits; return the remaining bytes and the names that were written.
+
+    The names do not include ``.gz``.
+    """
     names = set()
     for name, content in files:
         if len(content) > room:
@@ -153,7 +159,7 @@ def _write_until_full(files: Files, inside: Path, room: int) -> tuple[int, set[s
 
 
 def _write_pictures(results: Published, folder: Path, inside: Path) -> int:
-    """Write the reduced pictures; return their total size in bytes."""
+    """Write the pictures at reduced size, and return their total size in bytes."""
     total = 0
     for name in results.figures:
         if (folder / name / "figure.png").is_file():
@@ -164,7 +170,7 @@ def _write_pictures(results: Published, folder: Path, inside: Path) -> int:
 
 
 def _write_left_out(path: Path, results: Published, kept: set[str]) -> None:
-    """Write the table of the figures' files that are not in the archive, with digests from the manifests."""
+    """Write a table of the figure files that the archive omits, with their digests from the manifests."""
     rows = [
         (name, file, fact["bytes"], fact["sha256"])
         for name, figure in results.figures.items()

@@ -1,4 +1,4 @@
-"""Charts of published figures as plain values, which the page's script draws."""
+"""Charts of published figures as plain values, from which the page's script draws the charts."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _RANGE = "range of all populations"
 
 
 def charts_of(figure: PublishedFigure) -> list[dict[str, Any]]:
-    """Return the charts of a figure with their lines; charts without a table are left out."""
+    """Return the charts of a figure with their lines; charts without their table or columns are left out."""
     plain_charts: list[dict[str, Any]] = []
     for chart in figure.charts:
         with suppress(InvalidInput):  # a table that an earlier version published without these columns
@@ -71,14 +71,17 @@ def _series(chart: Chart, line: Line) -> dict[str, Any]:
 
 
 def _short(values: np.ndarray) -> list[float | int | None]:
-    """Return the numbers with six digits; None where one is not finite."""
+    """Return the numbers with six digits, and None for numbers that are not finite."""
     return [
         None if not np.isfinite(v) else int(v) if v == int(v) else float(f"{v:.6g}") for v in values.tolist()
     ]
 
 
 def _band_words(chart: Chart, tables: Mapping[str, Any], caption: str) -> str:
-    """Return the meaning of the bands; for synthetic people it may be the range that the caption names."""
+    """Return the meaning of the bands of a chart.
+
+    For synthetic people, it may be the range that the caption names.
+    """
     interval = isinstance(chart.table, str) and f"{chart.y}_low" in tables[chart.table]
     spread = "" if not chart.band else "±1 standard deviation" if isinstance(chart.band, str) else "quartiles"
     words = [spread and ("light " if interval else "") + f"bands: {spread}"]

@@ -1,4 +1,4 @@
-"""Data of the page's players in few bytes: walkers, and clips with their cameras.
+"""Compact data of the page's players: walkers, and clips with their cameras.
 
 `walkers` returns the Fourier representations of all walkers in single precision, a tenth of the bytes of all folds.
 The browser trains each fold from them like `core.linear_model`, and reconstructs like `core.reconstruction`; plug-ins
@@ -38,7 +38,7 @@ CLIP_ARRAYS = (
     "stretch",
 )
 AS_CHOSEN = "as_chosen."
-"""Prefix of the arrays of park2011's figure 4 in which each limb chooses its mirror image alone."""
+"""Prefix of the arrays of park2011's figure 4 in which each limb selects its mirror image by itself."""
 
 MAX_CLIPS = 4
 
@@ -53,11 +53,14 @@ COLUMNS: Mapping[str, Mapping[str, tuple[str, ...]]] = {
         )
     },
 }
-"""Columns of tables with which the browser compares its results, by figure and table."""
+"""Table columns with which the browser compares its own results, by figure and table."""
 
 
 def columns_of(figure: str) -> dict[str, set[str]]:
-    """Return the columns that scripts, including those of plug-ins, read from a figure's tables, by file name."""
+    """Return the columns that scripts read from the tables of a figure, by file name.
+
+    Scripts of plug-ins are included.
+    """
     columns_by_table: dict[str, set[str]] = {}
     for columns in (COLUMNS, *(page.columns for page in plugins.pages())):
         for name, read_columns in columns.get(figure, {}).items():
@@ -66,7 +69,7 @@ def columns_of(figure: str) -> dict[str, set[str]]:
 
 
 def walkers(figure: PublishedFigure | None) -> tuple[dict[str, Any], str]:
-    """Return the walkers for the browser, or an empty dict and the reason.
+    """Return the walkers for the browser; or an empty dict, and the reason why there are none.
 
     Parameters
     ----------
@@ -121,18 +124,18 @@ _AS_COMPUTED: Mapping[str, Any] = {
     "sweep.missing_variance": "temporal",
     "dataset.harmonics": 2,
 }
-"""Values of options that the browser's computation assumes."""
+"""Values of the options that the computation in the browser assumes."""
 
 
 def _horizontal(covariance: np.ndarray) -> np.ndarray:
-    """Return the entries xx, xy and yy (R, 15, 3) of covariances (R, 15, 3, 3)."""
+    """Return the horizontal entries xx, xy and yy, (R, 15, 3), of covariances (R, 15, 3, 3)."""
     return np.stack([covariance[..., 0, 0], covariance[..., 0, 1], covariance[..., 1, 1]], axis=-1)
 
 
 def errors_of_walkers(
     people: Mapping[str, np.ndarray], walkers: np.ndarray, view_deg: float
 ) -> dict[str, np.ndarray]:
-    """Return the depth errors (R,) of walkers by method, mm, from the view nearest to a given one.
+    """Return each method's depth errors (R,) of the walkers, mm, at the available view nearest to a given view.
 
     Parameters
     ----------
@@ -149,7 +152,7 @@ def errors_of_walkers(
 
 
 def clips(figure: PublishedFigure | None) -> tuple[dict[str, Any], str]:
-    """Return one clip of each action of park2011_fig4 for the browser, or an empty dict and the reason."""
+    """Return one clip of each action of park2011_fig4 for the browser; or an empty dict, and the reason."""
     if figure is None:
         return {}, "park2011_fig4 is not made yet"
     if absent := [name for name in CLIP_ARRAYS if AS_CHOSEN + name not in figure.arrays]:

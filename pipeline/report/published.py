@@ -1,4 +1,4 @@
-"""Published results of a data set, read for the page.
+"""Published results of a data set, read for the report page.
 
 All values come from the files of ``results/<data>/<scale>``, so a page can be made from the results of an earlier
 commit or from an archive.
@@ -46,7 +46,7 @@ class PublishedFigure:
 
     @property
     def expect(self) -> str:
-        """Expected outcome in one sentence."""
+        """Expected outcome of the figure in one sentence."""
         return str(self.manifest.get("expect") or "")
 
     @property
@@ -56,11 +56,11 @@ class PublishedFigure:
 
     @property
     def commit(self) -> str:
-        """Commit that made the figure, twelve digits."""
+        """First twelve digits of the commit that made the figure."""
         return str(self.manifest.get("provenance", {}).get("commit", "unknown"))[:12]
 
     def option(self, *path: str) -> Any:
-        """Return the value of a configuration option, or None if it is absent."""
+        """Return the value of a configuration option of the figure, or None if the option is absent."""
         value: Any = self.manifest.get("configuration", {})
         for name in path:
             value = value.get(name) if isinstance(value, Mapping) else None
@@ -69,29 +69,29 @@ class PublishedFigure:
 
     @property
     def charts(self) -> list[Chart]:
-        """Charts with which the figure was published."""
+        """Charts of the published figure."""
         return [from_json(plain, self.name) for plain in self.manifest.get("charts", [])]
 
     def table(self, name: str) -> dict[str, np.ndarray] | None:
-        """Return the columns of a table, by its name without suffix; None if the figure has no such table."""
+        """Return the columns of the table with this name, without suffix, or None if the figure has no such table."""
         path = self.folder / f"{name}.csv"
         if name not in self._read and path.name in self.manifest["files"]:
             self._read[name] = tables.read(path)
         return self._read.get(name)
 
     def tables_of(self, chart: Chart) -> dict[str, dict[str, np.ndarray]]:
-        """Return the available tables of a chart, by name."""
+        """Return the tables that a chart needs and the figure has, by name."""
         names = [lines.table for lines in (chart, *chart.also) if isinstance(lines.table, str)]
         return {name: table for name in names if (table := self.table(name)) is not None}
 
     @cached_property
     def arrays(self) -> dict[str, np.ndarray]:
-        """Content of ``arrays.npz``."""
+        """Arrays in the figure's ``arrays.npz``, by name."""
         return read_arrays(self.folder / "arrays.npz")
 
     @cached_property
     def sources(self) -> list[str]:
-        """Sorted data sources of the clips that were ingested."""
+        """Sorted data sources of the clips that the figure used."""
         ingested = self.table("table_ingest")
         if ingested is None or "source" not in ingested:
             return []
@@ -125,7 +125,7 @@ class Published:
 
     @property
     def recorded(self) -> bool:
-        """True if a figure was made from files with recorded people."""
+        """True if at least one figure was made from files with recorded people."""
         return any(figure.manifest.get("inputs") for figure in self.figures.values())
 
     def claims_of(self, *, figure: str = "", paper: str = "") -> list[dict[str, Any]]:
@@ -166,7 +166,7 @@ def read_published(folder: Path, figures: Sequence[str]) -> Published:
 
 
 def numbered_rows(path: Path) -> list[dict[str, Any]]:
-    """Return the rows of a table; numbers as numbers, None where a cell is empty."""
+    """Return the rows of a table with numbers as numbers, and None for empty cells."""
     columns = tables.read(path)
     rows = zip(*(map(_cell, column.tolist()) for column in columns.values()), strict=True)
     return [dict(zip(columns, row, strict=True)) for row in rows]

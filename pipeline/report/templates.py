@@ -1,4 +1,4 @@
-"""Templates, style, scripts and packed values that the pages share."""
+"""Templates, style, scripts and packed values that all pages share."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import jinja2
 
 _LARGEST = 32767
-"""Largest integer that `quantised` uses: 16 bits, signed."""
+"""Largest integer that `quantised` uses, a signed integer of 16 bits."""
 _FOLDER = Path(__file__).resolve().parent / "page"
 
 _LIGHTER = {
@@ -31,11 +31,11 @@ _LIGHTER = {
     "sky": "#8CCDF2",
     "grey": "#A7ADB3",
 }
-"""Lighter colours of the palette, for thin lines on a dark background."""
+"""Lighter versions of the palette colours, for thin lines on a dark background."""
 
 
 def environment() -> jinja2.Environment:
-    """Return the Jinja environment of the templates; an unknown name in a template is an error."""
+    """Return the Jinja environment of the templates, which raises an error for an unknown name in a template."""
     import jinja2  # the page of a single walk does not need it
 
     return jinja2.Environment(
@@ -48,7 +48,7 @@ def environment() -> jinja2.Environment:
 
 
 def style(*further: Path) -> str:
-    """Return the style sheet with the palette for light and dark backgrounds, followed by other sheets."""
+    """Return the style sheet with the palette for light and dark backgrounds, followed by further style sheets."""
     light = "".join(f"--c-{name}: {colour}; " for name, colour in COLOURS.items())
     dark = "".join(
         f"--c-{name}: {_LIGHTER.get(name, COLOURS[ON_DARK.get(name, name)])}; " for name in COLOURS
@@ -60,12 +60,18 @@ def style(*further: Path) -> str:
 
 
 def scripts(names: Sequence[str | Path]) -> str:
-    """Return scripts joined into one; those of this package by file name, others by path."""
+    """Return scripts joined into one string.
+
+    Scripts of this package are given by file name, other scripts by path.
+    """
     return "\n".join((_FOLDER / name).read_text("utf-8") for name in names)
 
 
 def in_every_page(style: str, script: str) -> dict[str, Any]:
-    """Return the values that every page's template needs: style, script, their policy, palette and bones."""
+    """Return the values that the template of every page needs.
+
+    They are the style, the script, their security policy, the palette and the bones.
+    """
     return {
         "policy": policy(style, script),
         "style": style,
@@ -77,7 +83,7 @@ def in_every_page(style: str, script: str) -> dict[str, Any]:
 
 
 def policy(style: str, script: str) -> str:
-    """Return a content security policy that allows only this style and script, and pictures inside the page."""
+    """Return a content security policy that allows only the given style and script, and embedded pictures."""
 
     def digest(text: str) -> str:
         return base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
@@ -89,7 +95,7 @@ def policy(style: str, script: str) -> str:
 
 
 def packed_json(value: Any) -> str:
-    """Return JSON without ``<``, which is safe inside a ``<script>`` element.
+    """Return JSON without ``<``, so that it is safe inside a ``<script>`` element.
 
     Examples
     --------
@@ -101,7 +107,7 @@ def packed_json(value: Any) -> str:
 
 
 def quantised(values: np.ndarray) -> dict[str, str]:
-    """Return values (N, …) as base64 texts: integers of 16 bits, offsets and scales.
+    """Return values (N, …) as base64 strings: integers of 16 bits, their offsets and their scales.
 
     A value is ``offset + scale * integer``; each position along the other axes has an offset and a scale.
     """
@@ -118,5 +124,5 @@ def quantised(values: np.ndarray) -> dict[str, str]:
 
 
 def encoded(values: np.ndarray, dtype: str) -> str:
-    """Return the bytes of an array as base64."""
+    """Return the bytes of an array as a base64 string."""
     return base64.b64encode(np.ascontiguousarray(values, dtype).tobytes()).decode()

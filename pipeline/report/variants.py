@@ -1,4 +1,4 @@
-"""Comparison of the variants of a multirun: the table ``variants.csv``, and the curves of all variants in one picture.
+"""Comparison of the variants of a multirun: the table ``variants.csv``, and pictures with all curves.
 
 A variant is a folder of the run with figures in it.  Variants are named by the options in which their manifests differ.
 """
@@ -21,14 +21,14 @@ from pipeline.storage.sealed_folders import MANIFEST, visible
 
 VARIANTS = "variants.csv"
 _IGNORED_OPTIONS = {"name", "results", "workers"}
-"""Options that are ignored when variants are compared."""
+"""Options that are ignored when variants are compared with each other."""
 
 _LINES = ("solid", "dashed", "dotted")
 
 
 @dataclass(frozen=True)
 class Variant:
-    """One variant of a figure.
+    """One variant of a figure in a multirun.
 
     Attributes
     ----------
@@ -45,12 +45,15 @@ class Variant:
 
     @property
     def name(self) -> str:
-        """Differing options with short names, e.g. ``components=20``."""
+        """Options that differ between the variants, with short names, e.g. ``components=20``."""
         return ", ".join(f"{option.rpartition('.')[2]}={value}" for option, value in self.options.items())
 
 
 def variants_of(run: Path) -> dict[str, list[Variant]]:
-    """Return the finished variants of a run by figure, in the order of the jobs; two or more for each figure."""
+    """Return the finished variants of a multirun by figure, in the order of the jobs.
+
+    Figures with only one variant are left out.
+    """
     figures_of: dict[str, list[PublishedFigure]] = {}
     claims: dict[Path, list[dict[str, Any]]] = {}
     for folder in sorted({path.parent.parent for path in visible(run, f"*/*/{MANIFEST}")}, key=_job):
@@ -95,7 +98,7 @@ def _flat(value: Any, path: str = "") -> dict[str, str]:
 
 
 def compare_variants(run: Path) -> list[Path]:
-    """Write ``variants.csv`` in the folder of a run, and a picture for each figure with curves; return the files.
+    """Write ``variants.csv``, and a picture for each figure that has curves, to a run's folder; return the paths.
 
     The table has a row for each variant and claim: differing options, published number, our number, and both verdicts.
     No file is written unless some figure has two finished variants.
@@ -132,7 +135,7 @@ def compare_variants(run: Path) -> list[Path]:
 
 
 def _draw(stem: Path, variants: Sequence[Variant], chart: Chart) -> list[Path]:
-    """Draw the lines of all variants in one chart; each variant has a colour, each series a pattern."""
+    """Draw the lines of all variants in one chart: a colour for each variant, a line pattern for each series."""
     tables_of, lines = {}, []
     for number, variant in enumerate(variants):
         table = variant.figure.table(str(chart.table))

@@ -1,4 +1,4 @@
-"""Verdicts on the page: their style classes and their meanings."""
+"""Style classes and meanings of the verdicts on the page."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ AGREEMENTS = {
     Agreement.UNTESTABLE: ("none", "our data cannot test the claim."),
     Agreement.NOT_JUDGED: ("none", "the run was too small to test the claim."),
 }
-"""Style class and meaning of each agreement."""
+"""Style class and meaning of each agreement with the paper."""
 
 BEYOND = {
     Beyond.YES: ("better", "the method beats its baseline, a simpler method that is fixed by rule."),
@@ -29,11 +29,11 @@ BEYOND = {
     Beyond.WORSE: ("worse", "the method is worse than its baseline."),
     Beyond.UNKNOWN: ("unsure", "the interval of the gap to the baseline is unknown."),
 }
-"""Style class and meaning of each verdict against the baseline; claims without a baseline have none."""
+"""Style class and meaning of each verdict against the baseline. Claims without a baseline have none."""
 
 
 def tone(verdict: str) -> str:
-    """Return the style class of an agreement.
+    """Return the style class of an agreement with the paper.
 
     Examples
     --------
@@ -44,17 +44,17 @@ def tone(verdict: str) -> str:
 
 
 def beyond_tone(verdict: str) -> str:
-    """Return the style class of a verdict against the baseline; empty without a baseline."""
+    """Return the style class of a verdict against the baseline, or an empty string without a baseline."""
     return BEYOND[Beyond(verdict)][0] if verdict in BEYOND else ""
 
 
 def answers(claim: Mapping[str, Any]) -> tuple[str, str]:
-    """Return both verdicts on a claim: the agreement, and the comparison with the baseline."""
+    """Return the two verdicts on a claim: agreement with the paper, and comparison with the baseline."""
     return str(claim["agreement"]), str(claim.get("beyond_baseline") or Beyond.NOT_APPLICABLE)
 
 
 def reason(claim: Mapping[str, Any]) -> str:
-    """Return the reason for a claim's bounds and verdict, without the leading numbers.
+    """Return the reason for a claim's bounds and verdict, without the numbers in front of it.
 
     Examples
     --------
@@ -65,7 +65,7 @@ def reason(claim: Mapping[str, Any]) -> str:
 
 
 def legend(results: Published) -> list[tuple[str, str, str]]:
-    """Return style class, name and meaning of the agreements that occur on the page."""
+    """Return the style class, name and meaning of each agreement that occurs on the page."""
     present = {answers(claim)[0] for claim in results.claims}
     return [
         (tone, str(agreement), words)

@@ -1,4 +1,4 @@
-"""Joints with parents and mirror pairs, the world frame, and mappings from source points to joints.
+"""Joints with parents and mirror pairs, the world's axes, and mappings from source points to joints.
 
 Conventions
 -----------

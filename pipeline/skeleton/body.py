@@ -1,4 +1,4 @@
-"""Checks that joints have human lengths and proportions, and that the body is upright along z.
+"""Checks of a body: human lengths and proportions of the limbs, and an upright posture along z.
 
 Symbols
 -------
@@ -28,21 +28,26 @@ from pipeline.skeleton.upright import bent_knees, cadence, crouched, not_upright
 from pipeline.validation import InvalidInput, told_apart
 
 ADULT_LEG_MM = 850.0
-"""Typical length of an adult leg."""
+"""Typical leg length of an adult, mm."""
 
 MIN_DEPTH_MM = 1.0
-"""Smallest extent of the joints along each axis; keypoints of a video have no depth."""
+"""Smallest accepted extent of the joints along each axis, mm. Keypoints of a video have no depth."""
 
 MAX_CHANGE = 0.4
-"""Largest interquartile range of a limb length, relative to the median, for the steadier of thighs and shanks.
+"""Largest accepted interquartile range of limb length, relative to the median limb length.
+
+The steadier of thighs and shanks is tested.
 
 It is at most .05 in 107 recordings, and at least .5 if the values are velocities."""
 
 UNEVEN = (0.15, 0.35)
-"""Relative differences of left and right limbs, above which a remark is added, and the recording is rejected."""
+"""Relative length differences between left and right limbs.
+
+Above the first, a remark is added; above the second, the recording is rejected.
+"""
 
 MAX_PELVIS_DISTANCE = 0.02
-"""Largest distance of a mapped hip from the pelvis, in leg lengths, that makes it the centre of the pelvis."""
+"""Largest distance from the pelvis, in leg lengths, at which a mapped hip counts as the pelvis centre."""
 
 _HIPS, _KNEES = ([leg[k] for leg in (LEFT_LEG, RIGHT_LEG)] for k in (0, 1))
 _SHOULDERS, _ELBOWS, _WRISTS = (
@@ -60,7 +65,10 @@ _UNITS = {"m": "metres", "cm": "centimetres", "in": "inches", "ft": "feet"}
 
 @dataclass(frozen=True)
 class _Proportion:
-    """Distance of two joints in leg lengths: outside `usual` it gives a remark, outside `possible` a rejection."""
+    """Distance between two joints, in leg lengths, with its usual and its possible range.
+
+    Outside `usual`, a remark is added; outside `possible`, the recording is rejected.
+    """
 
     code: str
     ends: tuple[tuple[str, str], ...]
@@ -86,7 +94,10 @@ _PROPORTIONS = (
     ),
     _Proportion("pelvis_to_head", (("pelvis", "head"),), (0.55, 1.20), (0.35, 1.6), _MARKER, _MARKER),
 )  # fmt: skip
-"""Limits of proportions; 63 recordings have hips .13–.29, thigh .43–.56, shoulders .21–.60, pelvis to head .60–1.05."""
+"""Ranges of body proportions.
+
+In 63 recordings, hip width is .13–.29, thigh .43–.56, shoulder width .21–.60, and pelvis to head .60–1.05.
+"""
 
 
 def accepted(
@@ -97,7 +108,7 @@ def accepted(
     walk: bool,
     up: UpAxis = UpAxis.auto,
 ) -> list[str]:
-    """Check a body; return the remarks of `check` as sentences.
+    """Check a body, and return the remarks of `check` as sentences.
 
     Parameters
     ----------
@@ -126,7 +137,9 @@ def check(
     walk: bool,
     up: UpAxis = UpAxis.auto,
 ) -> list[Complaint]:
-    """Return the complaints about a body, those that reject the recording first; empty for a normal body.
+    """Return the complaints about a body, first those for which it is rejected.
+
+    The list is empty for a normal body.
 
     Parameters
     ----------
@@ -155,25 +168,27 @@ def check(
 
 
 def _lengths(body: np.ndarray, upper: int, lower: int) -> np.ndarray:
-    """Distances of two joints in the frames with both."""
+    """Distances between two joints in the frames in which both were measured."""
     lengths = np.asarray(np.linalg.norm(body[:, upper] - body[:, lower], axis=-1))
     return lengths[np.isfinite(lengths)]
 
 
 def _medians(body: np.ndarray, upper: Sequence[int], lower: Sequence[int]) -> list[float]:
-    """Median distances of pairs of joints; NaN for a pair that is never measured together."""
+    """Median distance of each pair of joints; NaN if the two joints are never measured in the same frame."""
     pairs = (_lengths(body, *pair) for pair in zip(upper, lower, strict=True))
     return [float(np.median(lengths)) if len(lengths) else np.nan for lengths in pairs]
 
 
 def _change(lengths: np.ndarray) -> float:
-    """Interquartile range of lengths, relative to the median."""
+    """Interquartile range of lengths, relative to the median length."""
     low, middle, high = np.quantile(lengths, [0.25, 0.5, 0.75])
     return float((high - low) / middle)
 
 
 def unit_of_leg(leg: float) -> str:
-    """Return the unit of length in which a leg of this length is human, e.g. ``m``, or ``mm/0.24`` if none is.
+    """Return the unit in which a leg has a human length, e.g. ``m``, or ``mm/0.24`` if no unit fits.
+
+    The number is the leg length relative to an adult's leg.
 
     Examples
     --------
@@ -184,7 +199,9 @@ def unit_of_leg(leg: float) -> str:
 
 
 def _unit(leg: float) -> tuple[str, str, float]:
-    """Guess the unit of a leg length; return advice for a message, the short name, and the factor to millimetres.
+    """Return advice on the unit of a leg length, the unit's short name, and its factor to millimetres.
+
+    The unit is guessed.
 
     Without a suitable unit the name is empty, and the factor is NaN or a power of ten.
     """
@@ -201,7 +218,7 @@ def _unit(leg: float) -> tuple[str, str, float]:
 
 
 def _unusable(body: np.ndarray) -> list[Complaint]:
-    """Complaint that makes all others pointless: legs never measured completely, a wrong unit, or no depth."""
+    """Complaint that makes further checks pointless: legs never measured completely, a wrong unit, or no depth."""
     length = leg_length(body)
     if not np.isfinite(length):
         return [Complaint("legs_unseen", "the legs were never measured completely", rejects=True)]
@@ -225,7 +242,7 @@ def _unusable(body: np.ndarray) -> list[Complaint]:
 
 
 def _proportions(body: np.ndarray, leg: float) -> list[Complaint]:
-    """Complaints about unusual proportions, and about hips at the centre of the pelvis."""
+    """Complaints about unusual proportions, and about hips that are mapped to the centre of the pelvis."""
     complaints = []
     for proportion in _PROPORTIONS:
         ends = [[WALKER15.index(joint) for joint in pair] for pair in zip(*proportion.ends, strict=True)]
@@ -260,7 +277,7 @@ def _proportions(body: np.ndarray, leg: float) -> list[Complaint]:
 
 
 def _changing(body: np.ndarray) -> list[Complaint]:
-    """Complaint about thighs and shanks with changing length."""
+    """Complaint about thighs and shanks whose length changes."""
     change = min(
         _change(np.concatenate([_lengths(body, *ends) for ends in zip(*_LIMBS[limb], strict=True)]))
         for limb in ("thigh", "shank")
@@ -278,7 +295,7 @@ def _changing(body: np.ndarray) -> list[Complaint]:
 
 
 def _uneven(body: np.ndarray) -> list[Complaint]:
-    """Complaints about limbs that are longer than those of the other side.
+    """Complaints about limbs that are longer than the same limb of the other side.
 
     Only limbs of steady length reject a recording.  A limb of changing length has a badly tracked joint, which walks
     estimate.
@@ -299,7 +316,7 @@ def _uneven(body: np.ndarray) -> list[Complaint]:
 
 
 def _exchanged(body: np.ndarray) -> list[Complaint]:
-    """Complaint about limbs that would be shorter and steadier with the lower ends of the other side.
+    """Complaint about limbs that would be shorter and steadier if the lower ends of left and right were exchanged.
 
     Crossing limbs, such as folded arms, would not be steadier.  Thighs and upper arms that cross by half the width of
     hips or shoulders need to be only as steady as their own, because skin moves.  If shoulders and hips face opposite

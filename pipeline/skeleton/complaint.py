@@ -1,4 +1,4 @@
-"""Complaints and remarks about a recording, with a code, values and a sentence."""
+"""Complaints and remarks about a recording, each with a code, values and a sentence."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Complaint:
-    """Complaint about a body or a mapping.
+    """Complaint about a body or about a mapping.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class Complaint:
 
 
 class Remark(str):
-    """Sentence about an oddity of a recording, with a code that programs can test.
+    """Sentence about an unusual property of a recording, with a code that programs can test.
 
     Examples
     --------
@@ -50,5 +50,5 @@ class Remark(str):
 
 
 def remarks_of(code: str, notes: Iterable[str]) -> list[str]:
-    """Return the remarks with a code among notes."""
+    """Return those of the notes that are remarks with the given code."""
     return [note for note in notes if isinstance(note, Remark) and note.code == code]

@@ -1,4 +1,4 @@
-"""Skeleton of joints with parents and mirror pairs, and its rigid limbs."""
+"""Skeleton of joints with parents and mirror pairs, and the rigid limbs between the joints."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pipeline.validation import require_choice
 
 @dataclass(frozen=True)
 class Skeleton:
-    """Tree of joints.
+    """Tree of joints with their mirror pairs.
 
     Attributes
     ----------
@@ -64,22 +64,25 @@ WALKER15 = Skeleton(
     parents=(1, 8, 1, 2, 3, 1, 5, 6, -1, 8, 9, 10, 8, 12, 13),
     mirror=(0, 1, 5, 6, 7, 2, 3, 4, 8, 12, 13, 14, 9, 10, 11),
 )
-"""Skeleton of the fifteen virtual markers of [zhang2007 figure 1], in the order of every array."""
+"""Skeleton of the fifteen virtual markers of [zhang2007 figure 1]; every array of joints has this order."""
 
 PELVIS = WALKER15.index("pelvis")
 LEFT_LEG, RIGHT_LEG = (
     [WALKER15.index(f"{side}_{joint}") for joint in ("hip", "knee", "ankle")] for side in ("left", "right")
 )
-"""Indices of hip, knee and ankle."""
+"""Indices of hip, knee and ankle of the left and the right leg."""
 ANKLES = [LEFT_LEG[2], RIGHT_LEG[2]]
 """Indices of the left and the right ankle."""
 
 LEG_LENGTH_MM = (300.0, 1300.0)
-"""Range of leg lengths, hip to knee to ankle; outside of it the unit is wrong."""
+"""Range of human leg lengths from hip to knee to ankle, mm. Outside this range, the unit is wrong."""
 
 
 def leg_length(positions: np.ndarray) -> float:
-    """Leg length, hip to knee to ankle, mm, mean over sides and measured frames; NaN without such frames."""
+    """Leg length from hip to knee to ankle, mm: the mean of both sides, each averaged over its measured frames.
+
+    NaN if one side has no measured frame.
+    """
     lengths = np.stack(
         [
             np.linalg.norm(np.diff(positions[:, side], axis=1), axis=-1).sum(axis=1)
@@ -94,7 +97,7 @@ def leg_length(positions: np.ndarray) -> float:
 
 @dataclass(frozen=True)
 class Limbs:
-    """Rigid limbs between joints of WALKER15, in order from the root to the ends.
+    """Rigid limbs between joints of WALKER15, ordered from the root of the tree to its ends.
 
     Attributes
     ----------
@@ -138,4 +141,7 @@ POSTURE12 = Limbs(
         (6, 7),
     ),
 )
-"""Twelve rigid limbs of [mozerov2006 1], rooted at the hip; hip and shoulder are axes from left to right."""
+"""Twelve rigid limbs of [mozerov2006 1], rooted at the hip.
+
+The limbs between the hips and between the shoulders point from left to right.
+"""

@@ -1,4 +1,4 @@
-"""Computation of joints, with z up, from the points of a recording by the rules of a mapping."""
+"""Computation of joints, with z up, from the points of a recording, by the rules of a mapping."""
 
 from __future__ import annotations
 
@@ -43,13 +43,16 @@ Heel talon talón ferse tallone calcanhar hiel""".splitlines(),
     )
     for word in words
 }
-"""English translations of unambiguous French, Spanish, German, Italian, Portuguese and Dutch words."""
+"""English translations of French, Spanish, German, Italian, Portuguese and Dutch words for joints and sides.
+
+Ambiguous words are left out.
+"""
 _FOREIGN = re.compile(
     rf"(?:(?<![^\W\d_])|(?<=[a-zß-ÿ])(?=[A-ZÀ-Þ])|(?<=^[LRlr])(?=[A-ZÀ-Þ]))(?i:{'|'.join(_ENGLISH)})"
     r"(?:(?![^\W\d_])|(?<=[a-zß-ÿ])(?=[A-ZÀ-Þ]))"
 )
 _SHORT_SIDE = re.compile(r"(?<![^\W_])(?:(g|iz|li|sx)|d|dr|der|dir|dx|re)(?![^\W_])", re.IGNORECASE)
-"""Abbreviations of sides next to such a word; the group matches left sides."""
+"""Pattern of abbreviations of sides next to a translated word; its group matches only left sides."""
 
 _TO_Z_UP = {
     UpAxis.x: np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]]),
@@ -59,14 +62,14 @@ _TO_Z_UP = {
     UpAxis("-y"): np.array([[0.0, 0, -1], [1, 0, 0], [0, -1, 0]]),
     UpAxis("-z"): np.array([[0.0, 1, 0], [1, 0, 0], [0, 0, -1]]),
 }
-"""Rotations that turn the named axis to z, without a reflection."""
+"""Rotations, without a reflection, that turn the named axis to z."""
 
 LOWER_BODY = ("pelvis", "left_hip", "left_knee", "left_ankle", "right_hip", "right_knee", "right_ankle")
-"""Joints that a walk requires; they are never estimated."""
+"""Joints that every walk requires; missing ones are never estimated."""
 
 
 def in_english(name: str) -> str:
-    """Translate the words for sides and joints in a name to English.
+    """Translate words for sides and joints in the name of a point to English.
 
     Examples
     --------
@@ -78,7 +81,7 @@ def in_english(name: str) -> str:
 
 
 def plain_name(name: str) -> str:
-    """Normalise a point name: English, lower case, no prefix or separators, side as one letter in front.
+    """Return a normalised point name: English, lower case, without prefix or separators, side as first letter.
 
     Examples
     --------
@@ -93,7 +96,10 @@ def plain_name(name: str) -> str:
 
 
 def bare_names(names: Sequence[str]) -> list[str]:
-    """Remove text before a colon from names, the prefix and suffix of most names, or the first word of a third of them.
+    """Return point names without their common parts.
+
+    The parts are text before a colon, and a prefix and a suffix that most names have, or the first word of at least a
+    third of the names.
 
     Examples
     --------
@@ -107,7 +113,7 @@ def bare_names(names: Sequence[str]) -> list[str]:
 
 
 class MappedPoints:
-    """Lookup of the points of a recording by the names in a mapping.
+    """Lookup of the points of a recording by the point names of a mapping.
 
     Parameters
     ----------
@@ -127,14 +133,14 @@ class MappedPoints:
         self._cached: dict[str, int | None] = {}
 
     def find(self, point: str) -> int | None:
-        """Return the index of a point by its name or an alternative name; None if it does not exist."""
+        """Return the index of a point by its name or an alternative name, or None if the point does not exist."""
         if point not in self._cached:
             candidates = (self._by_name(name) for name in (point, *self._mapping.points.get(point, ())))
             self._cached[point] = next((index for index in candidates if index is not None), None)
         return self._cached[point]
 
     def index(self, point: str) -> int:
-        """Return the index of an existing point."""
+        """Return the index of a point that exists in the recording."""
         index = self.find(point)
         assert index is not None
         return index
@@ -151,7 +157,10 @@ class MappedPoints:
         return None
 
     def _unique(self, matches: list[int], name: str) -> list[int]:
-        """Select one of several points with a name; they must have the same spelling and equal positions."""
+        """Select one of several points with the same name.
+
+        The points must have the same spelling and equal positions.
+        """
         positions = self._motion.positions_mm[:, matches]
         change = np.asarray(np.abs(positions - positions[:, :1]))
         finite = np.isfinite(change)
@@ -168,7 +177,10 @@ class MappedPoints:
         return [max(matches, key=lambda i: int(self._motion.valid[:, i].sum()))]
 
     def rule_of(self, joint: str) -> tuple[Rule, Lowering | None] | None:
-        """Return the first rule of a joint whose points are in the file, with preference for measured points."""
+        """Return the first rule of a joint whose points are in the file.
+
+        Rules whose points were measured have priority.
+        """
         available = [
             (rule, lowering)
             for rule, lowering in self._mapping.rules(joint)
@@ -178,7 +190,7 @@ class MappedPoints:
         return next(iter(measured or available), None)
 
     def weights(self, joint: str) -> dict[int, float]:
-        """Return the weights of the points of a joint, by index; empty if the file does not have the points."""
+        """Return the weights of the points that define a joint, by point index; empty if the file lacks a point."""
         weights: dict[int, float] = {}
         rule = self.rule_of(joint)
         for point, weight in rule[0].items() if rule else ():
@@ -186,7 +198,7 @@ class MappedPoints:
         return weights
 
     def sees(self, rule: Rule) -> bool:
-        """Return True if all points of a rule are in the file and were measured."""
+        """Return True if the file contains all points of a rule and all were measured."""
         return all((index := self.find(point)) is not None and self._measured[index] for point in rule)
 
     def lacking(self, joint: str) -> InvalidInput:
@@ -210,7 +222,7 @@ class MappedPoints:
         )
 
     def distance(self, joint: str, lowering: Lowering) -> float:
-        """Return the mean distance, mm, of the two points by which a joint is lowered."""
+        """Return the mean distance, mm, between the two points that determine how far a joint is lowered."""
         pair = [self.index(point) for point in lowering.between]
         ends = self._motion.positions_mm[:, pair]
         distance = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=-1)
@@ -225,7 +237,7 @@ class MappedPoints:
         return float(np.nanmean(distance))
 
     def joints(self) -> np.ndarray:
-        """Return joints (T, 15, 3), mm, in the axes of the file and without lowering; NaN for missing joints.
+        """Return joints (T, 15, 3), mm, in the axes of the file, before any joint is lowered; NaN where missing.
 
         Raises
         ------
@@ -244,7 +256,7 @@ class MappedPoints:
 
 
 def map_joints(motion: MotionCapture, mapping: SourceMapping) -> tuple[np.ndarray, np.ndarray]:
-    """Compute joint positions from source points, with z up.
+    """Compute joint positions from source points, and rotate them to z up.
 
     Joints other than legs and pelvis may be missing; they are NaN and invalid in all frames.
 
@@ -282,7 +294,7 @@ def with_z_up(positions: np.ndarray, up: UpAxis) -> np.ndarray:
 
 
 def up_axis(motion: MotionCapture, mapping: SourceMapping) -> UpAxis:
-    """Return the axis of a file that points up: the stated one, or the one along which the joints stand.
+    """Return the axis of a file that points up: the axis that the user states, or the axis of the standing body.
 
     Raises
     ------
@@ -293,7 +305,10 @@ def up_axis(motion: MotionCapture, mapping: SourceMapping) -> UpAxis:
 
 
 def _up_of(positions: np.ndarray, motion: MotionCapture, mapping: SourceMapping) -> UpAxis:
-    """Axis that the caller stated, or along which joints (T, 15, 3) stand; the mapping's axis breaks ties."""
+    """Return the axis that the caller stated, or else the axis along which joints (T, 15, 3) stand.
+
+    The mapping's axis decides between axes that are equally plausible.
+    """
     return axis_up(positions, mapping.up)[0] if motion.up == UpAxis.auto else motion.up
 
 
@@ -313,7 +328,7 @@ def _index(names: Iterable[str]) -> dict[str, list[int]]:
 
 
 def _shared_word(names: Sequence[str]) -> str:
-    """First word of a third of the names or more, such as ``Character1_``; empty if it states a side."""
+    """Return the first word of at least a third of the names, such as ``Character1_``; empty if it is a side."""
     words = Counter(name.partition("_")[0] for name in names if "_" in name)
     word, count = max(words.items(), key=lambda item: item[1], default=("", 0))
     side = _SIDE_FIRST.match(f"{word}_x")
@@ -321,7 +336,7 @@ def _shared_word(names: Sequence[str]) -> str:
 
 
 def _common_prefix(names: list[str]) -> str:
-    """Prefix of most names, such as ``mixamorig``; empty without such a prefix.
+    """Return the prefix that most names have, such as ``mixamorig``, or an empty string.
 
     One or two letters are a prefix only if they are lower case in front of a capital, as in ``pRightASI``.
     """

@@ -1,4 +1,4 @@
-"""Player of moving points for notebooks: HTML with a script, without other files."""
+"""Player of moving points for notebooks: HTML that contains its script and needs no other files."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ import numpy as np
 
 _PAGE = Path(__file__).with_name("player.html")
 MAX_FRAMES, MAX_POINTS = 120, 100
-"""Largest numbers of frames and points that are shown; of more, evenly spaced ones are selected."""
+"""Largest numbers of frames and points in the player; from more, evenly spaced frames and points are selected."""
 _AXES = {"x": (1, 2, 0), "y": (2, 0, 1), "z": (0, 1, 2)}
-"""Axes of a file in the order across, along, up."""
+"""Indices of a file's axes in the order across, along, up, by the axis that points up."""
 
 
 def player(positions: np.ndarray, seconds: float, up: str, bones: tuple[tuple[int, int], ...] = ()) -> str:
-    """Return the HTML of a player; dragging turns the points.
+    """Return the HTML of a player in which the user can rotate the points with the mouse.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Recording as it is read: points over time, in the axes of the file."""
+"""Type of the recordings that readers of motion files return, in the axes of the file."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from pipeline.skeleton.player import player
 from pipeline.skeleton.source_mapping import UpAxis
 
 MILLIMETRES = {"mm": 1.0, "cm": 10.0, "dm": 100.0, "m": 1000.0, "in": 25.4, "ft": 304.8}
-"""Size of units of length in millimetres, by short name."""
+"""Size of each unit of length, mm, by the short name of the unit."""
 
 
 @shortened
 class MotionCapture:
-    """Recording as a reader of `pipeline.formats` returns it.
+    """Recording of points over time, returned by a reader of `pipeline.formats`.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class MotionCapture:
     complaints: tuple[Complaint, ...] = ()
 
     def _repr_html_(self) -> str:
-        """Return a player for notebooks, with bones between the joints of WALKER15."""
+        """Return an HTML player for notebooks, with bones between the joints of WALKER15."""
         positions = np.where(self.valid[..., None], self.positions_mm, np.nan)
         bones = WALKER15.bones if self.names == WALKER15.joints else ()
         seconds = len(positions) / self.frame_rate_hz

@@ -1,4 +1,4 @@
-"""Source mappings: rules that compute joints from the points of a source."""
+"""Source mappings: rules that compute joints from the points of a data source."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from enum import StrEnum
 
 @dataclass(kw_only=True)
 class Lowering:
-    """Vertical shift of a joint downwards: a fraction `by` of the mean distance `between` two source points."""
+    """Downward shift of a joint by the fraction `by` of the mean distance `between` two source points."""
 
     by: float
     between: list[str]
 
 
 class UpAxis(StrEnum):
-    """Axis of a file that points up."""
+    """Axis of a file that points upwards."""
 
     x = "x"
     y = "y"
@@ -30,12 +30,12 @@ class UpAxis(StrEnum):
 
 
 Rule = dict[str, float]
-"""Source points of a joint and their weights, which sum to one."""
+"""Source points that define a joint, with weights that sum to one."""
 
 
 @dataclass(kw_only=True)
 class SourceMapping:
-    """Mapping from the points of a source to joints; each file of ``conf/skeleton/`` contains one.
+    """Mapping from the points of a data source to joints; each file in ``conf/skeleton/`` contains one mapping.
 
     Attributes
     ----------
@@ -69,7 +69,7 @@ class SourceMapping:
     guessed: list[str] = field(default_factory=list)
 
     def rules(self, joint: str) -> list[tuple[Rule, Lowering | None]]:
-        """Return the rules of a joint in order, each with its lowering."""
+        """Return the rules of a joint in order, each with the lowering of the joint or None."""
         first, last = (_listed(rules.get(joint)) for rules in (self.joints, self.otherwise))
         return [(rule, None) for rule in first] + [(rule, self.lowered.get(joint)) for rule in last]
 

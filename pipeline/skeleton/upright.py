@@ -1,4 +1,4 @@
-"""Checks of posture and gait: upward axis, bend of the knees, height of the hips, and cadence.
+"""Checks of posture and gait: upward axis, knee bend, hip height, and cadence.
 
 Positions are (T, 15, 3), mm, NaN where a joint was not measured, and z up except for the search of the upward axis.
 """
@@ -15,25 +15,31 @@ from pipeline.skeleton.source_mapping import UpAxis
 from pipeline.validation import InvalidInput, told_apart
 
 NEAR_RATIO = 1.5
-"""Largest ratio of the heights along two axes at which the mapping's axis decides."""
+"""Largest ratio of the body's heights along two axes for which the axis of the mapping decides."""
 
 CROUCHED = 0.8
-"""Height of the hips above the ankles, in leg lengths, below which a walker is crouched (63 recordings: .82 to .98)."""
+"""Height of the hips above the ankles, in leg lengths, below which a walker is crouched.
+
+In 63 recordings this height is .82 to .98.
+"""
 
 MAX_STRIDES_HZ = 1.6
-"""Largest stride frequency of a walk."""
+"""Largest stride frequency of a human walk, Hz."""
 
 STRIDES_HZ = (0.3, 8.0)
-"""Range of the search for the stride frequency; it includes recordings with four times their true frame rate."""
+"""Range, Hz, of the search for the stride frequency.
+
+It includes recordings that state four times their true frame rate.
+"""
 
 MAX_PADDED = 1 << 16
-"""Largest number of samples after zero padding, which makes the spectrum finer."""
+"""Largest number of samples after zero padding, which gives a finer spectrum."""
 
 MIN_BEND = 0.05
-"""Distance of a knee from the line from hip to ankle, in leg lengths, from which it counts as bent."""
+"""Distance of a knee from the line between hip and ankle, in leg lengths, above which the knee is bent."""
 
 MIN_BALANCE = -0.5
-"""Balance of forward and backward bends of the knees (1 to -1) below which left and right are exchanged."""
+"""Balance of forward (1) and backward (-1) bends of the knees, below which left and right are exchanged."""
 
 _HIPS, _KNEES = ([leg[k] for leg in (LEFT_LEG, RIGHT_LEG)] for k in (0, 1))
 _SHOULDERS = [WALKER15.index("left_shoulder"), WALKER15.index("right_shoulder")]
@@ -41,7 +47,7 @@ _LEVELS = ([WALKER15.index("head")], _SHOULDERS, _HIPS, _KNEES, list(ANKLES))
 
 
 def axis_up(positions: np.ndarray, fixed: UpAxis = UpAxis.auto) -> tuple[UpAxis, bool]:
-    """Return the signed axis along which a person stands, and True if the levels of the body are in order along it.
+    """Return the signed axis along which a person stands, and True if the joints are in order along this axis.
 
     Parameters
     ----------
@@ -82,7 +88,7 @@ def axis_up(positions: np.ndarray, fixed: UpAxis = UpAxis.auto) -> tuple[UpAxis,
 
 
 def not_upright(body: np.ndarray, rejects: bool) -> list[Complaint]:
-    """Return a complaint if the body does not stand along z."""
+    """Return a complaint if the body does not stand along z; otherwise return an empty list."""
     axis, ordered = axis_up(body, UpAxis.z)
     if ordered and axis == UpAxis.z:
         return []
@@ -97,7 +103,7 @@ def not_upright(body: np.ndarray, rejects: bool) -> list[Complaint]:
 
 
 def _forward(body: np.ndarray) -> np.ndarray:
-    """Horizontal unit vectors (T, 3) in the direction that the hips face."""
+    """Return horizontal unit vectors (T, 3) in the direction that the hips face."""
     right = body[:, _HIPS[1]] - body[:, _HIPS[0]]
     forward = np.stack([-right[:, 1], right[:, 0], np.zeros(len(body))], axis=-1)
     return forward / np.maximum(np.linalg.norm(forward, axis=-1, keepdims=True), np.finfo(float).tiny)
@@ -122,7 +128,7 @@ def bent_knees(body: np.ndarray, leg: float, rejects: bool) -> list[Complaint]:
 
 
 def crouched(body: np.ndarray, leg: float) -> list[Complaint]:
-    """Return a remark if the walker is crouched, with a low median height of the hips above the ankles."""
+    """Return a remark if the walker is crouched: the median height of the hips above the ankles is too low."""
     heights = (body[:, _HIPS, 2] - body[:, ANKLES, 2]).mean(axis=1)
     heights = heights[np.isfinite(heights)]
     height = float(np.median(heights)) if len(heights) else np.nan
@@ -137,7 +143,10 @@ def crouched(body: np.ndarray, leg: float) -> list[Complaint]:
 
 
 def cadence(body: np.ndarray, frame_rate_hz: float) -> list[Complaint]:
-    """Return a remark on a stride frequency above the human range, from the fore-aft distance of the ankles."""
+    """Return a remark if the stride frequency is above the human range.
+
+    The frequency is estimated from the fore-aft distance between the ankles.
+    """
     distance = ((body[:, ANKLES[0]] - body[:, ANKLES[1]]) * _forward(body)).sum(axis=-1)
     measured = np.flatnonzero(np.isfinite(distance))
     if len(measured) < 8:

@@ -1,1 +1,1 @@
-"""The anatomical prior: mirror images, shrinkage and bones of constant length, with error bars."""
+"""The anatomical prior: mirror images, shrinkage, bones of constant length, and error bars."""

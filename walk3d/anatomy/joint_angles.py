@@ -19,18 +19,21 @@ from pipeline.skeleton import WALKER15
 from pipeline.validation import require_shape
 
 JOINT_ANGLES = ("hip", "knee", "shoulder", "elbow")
-"""Order of the angles; each has a left and a right value, in this order."""
+"""Order of the joint angles; every angle has a left and a right value, in this order."""
 
 SIDES = ("left", "right")
 
 LIMBS = {"hip": ("hip", "knee", "ankle"), "shoulder": ("shoulder", "elbow", "wrist")}
-"""Joints along a limb, by the angle at its first joint; the middle joint has the second angle."""
+"""Joints along each limb: the key names the angle at the first joint.
+
+The angle at the middle joint has the name of that joint.
+"""
 
 _TRUNK = ("pelvis", "sternum")
 
 
 def joints_of(angle: str) -> tuple[int, ...]:
-    """Return the joints of WALKER15 from which an angle of either side is computed.
+    """Return the indices in WALKER15 of the joints from which the left and right values of an angle are computed.
 
     Examples
     --------
@@ -44,7 +47,9 @@ def joints_of(angle: str) -> tuple[int, ...]:
 
 
 def flexion(positions: np.ndarray) -> np.ndarray:
-    """Return flexion (…, 4, 2), radians, in the order of `JOINT_ANGLES` and left, right; 0 for straight, hanging limbs.
+    """Return the flexion (…, 4, 2) of joints, radians; it is 0 for limbs that hang straight down.
+
+    The axis of length 4 has the order of `JOINT_ANGLES`; the last axis has the order left, right.
 
     Parameters
     ----------
@@ -85,7 +90,7 @@ def _unit(vectors: np.ndarray) -> np.ndarray:
 
 
 def angle_errors(found: np.ndarray, true: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the root mean square error (…) over a cycle, and the same without its constant offset.
+    """Return the root mean square error (…) over a cycle, with and without its constant offset, radians.
 
     Parameters
     ----------

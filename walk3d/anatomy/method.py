@@ -1,4 +1,6 @@
-"""The anatomical reconstruction as a method next to the papers' approaches: ``sweep.methods=[…,anatomical]``.
+"""The anatomical reconstruction as a method to compare with the papers' approaches.
+
+It is added with ``sweep.methods=[…,anatomical]``.
 
 It uses the data set's harmonics and walks, and the model's default settings for all people.  The ladder
 (`sweeps.structure`) instead selects the settings of each person on the other people.
@@ -22,13 +24,13 @@ from walk3d.anatomy.study.sweeps.held_out import CANDIDATES, Fold, People, mirro
 from walk3d.anatomy.study.sweeps.setting import anatomical_setting
 
 VIEWS_AT_A_TIME = 12
-"""Number of views that fit into a processor's caches."""
+"""Number of views whose arrays fit into the cache of a processor."""
 MAX_LOG_RATIO = 100.0
-"""Largest logarithm of a likelihood ratio; larger ones are clamped."""
+"""Largest logarithm of a likelihood ratio; larger logarithms are clamped to it."""
 
 
 class AnatomicalApproach:
-    """Reconstruction of every walk by a prior that is trained without its person."""
+    """Reconstruction of every walk by a prior that is trained on all other people."""
 
     def __init__(self, data: FourierSamples) -> None:
         options = AnatomicalModel()
@@ -37,12 +39,12 @@ class AnatomicalApproach:
         self._setting = anatomical_setting(options, self._people.harmonics)
 
     def fold(self, walk: int) -> Fold:
-        """Return the fold that is trained without the person of a walk."""
+        """Return the fold that is trained without the person who walks."""
         people = self._people.model.people
         return self._people.fold(np.flatnonzero(people == self._data.person[walk])[0])
 
     def prior(self, walk: int) -> Prior:
-        """Return the prior that is trained without the person of a walk."""
+        """Return the prior that is trained without the person who walks."""
         return self.fold(walk).prior(self._setting)
 
     def missing(self, fold: Fold, walk: int, view_rad: np.ndarray) -> np.ndarray:
@@ -62,7 +64,7 @@ class AnatomicalApproach:
     def _fitted(
         self, fold: Fold, walkers: np.ndarray, view_rad: np.ndarray, hidden: np.ndarray
     ) -> np.ndarray:
-        """Return the missing dimension (A, M, 1 + 2H, 15) of M walkers, mm."""
+        """Return the missing dimension (A, M, 1 + 2H, 15) of M walkers from A views, mm."""
         parts = []
         for part in np.array_split(view_rad, max(len(view_rad) // VIEWS_AT_A_TIME, 1)):
             (estimate,) = fold.reconstruct([self._setting], walkers, part, hidden=hidden)
@@ -83,7 +85,7 @@ class AnatomicalApproach:
         return Reconstruction(missing, camera.missing_dimension(walker, turned) - missing, coefficients)
 
     def estimate(self, walk: int, view_rad: np.ndarray) -> ViewEstimate:
-        """Return the estimated view angle of a walk in A views: the highest mode of its posterior.
+        """Return the estimated view angle of a walk for each of A views: the highest mode of its posterior.
 
         The costs are 1 and the likelihood ratio of this mode to the next one.
         """

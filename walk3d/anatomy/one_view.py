@@ -21,13 +21,13 @@ from walk3d.anatomy import prior as anatomical
 from walk3d.anatomy.prior import GROUP_OF_JOINT, GROUPS, JOINTS, Prior
 
 NORMAL_95 = 1.959963984540054
-"""Half width of the 95 % interval of a normal distribution, standard deviations."""
+"""Half-width of the 95 % interval of a normal distribution, in standard deviations."""
 PHASES = 8
-"""Number of instants of the cycle at which bars are compared with errors."""
+"""Number of instants of the gait cycle at which error bars are compared with errors."""
 MIN_CALIBRATORS, MAX_CALIBRATORS = 10, 60
-"""Smallest number of walkers for calibration, and largest number of walkers that are left out in turn."""
+"""Smallest number of walkers for a calibration, and largest number of walkers that it leaves out in turn."""
 MIN_SD_MM = 1e-6
-"""Standard deviation below which a coordinate counts as visible."""
+"""Standard deviation, mm, below which a coordinate counts as visible."""
 
 
 @shortened
@@ -59,7 +59,9 @@ class Reconstruction:
         return np.sqrt(np.maximum(np.moveaxis(variance, -1, 0), 0.0))
 
     def at_instants(self, instants: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return positions and half widths of 95 % bars, each (K, 15, 3), mm, at K equally spaced instants.
+        """Return positions and half-widths of their 95 % error bars, each (K, 15, 3), mm, at K instants.
+
+        The instants are equally spaced over the gait cycle.
 
         Parameters
         ----------
@@ -72,7 +74,7 @@ class Reconstruction:
 def _at_instants(
     coefficients: np.ndarray, covariance: np.ndarray, instants: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return positions and standard deviations, each (K, 15, 3), mm."""
+    """Return positions and standard deviations, each (K, 15, 3), mm, at K equally spaced instants."""
     basis = fourier.cycle_basis(fourier.equal_phases(instants), len(coefficients))
     variance = np.einsum("kp,japaq,kq->kja", basis, covariance, basis)
     return np.einsum("kp,pja->kja", basis, coefficients), np.sqrt(np.maximum(variance, 0.0))
@@ -81,7 +83,7 @@ def _at_instants(
 def covariance_of_map(
     model: LinearModel, view_angle_rad: float, hidden: np.ndarray, noise_variance: float
 ) -> np.ndarray:
-    """Return the posterior covariance (15, 3, 5, 3, 5), mm², of the missing coordinates by approach II.
+    """Return the posterior covariance (15, 3, 5, 3, 5), mm², of the missing coordinates under approach II.
 
     Parameters
     ----------
@@ -108,7 +110,7 @@ def covariance_of_map(
 def calibrated_multipliers(
     samples: np.ndarray, components: int, view_angle_rad: float, hidden: np.ndarray, noise_variance: float
 ) -> tuple[np.ndarray, int]:
-    """Return calibrated multipliers (15,) of 95 % bars of MAP, and the number of walkers behind them.
+    """Return the factors (15,) that scale the 95 % error bars of MAP, and the number of calibration walkers.
 
     Each walker is left out in turn and reconstructed from the same view.  The multiplier of a group of joints is the 95
     % quantile of error over standard deviation at `PHASES` instants, as for the ``calibrated`` bars of
@@ -141,7 +143,7 @@ def calibrated_multipliers(
 
 
 def learnt_prior(samples: np.ndarray) -> Prior:
-    """Return the anatomical prior of samples (R, 225), mm: one walk for each of R people."""
+    """Return the anatomical prior learnt from samples (R, 225), mm: one walk for each of R people."""
     weights = np.full(len(samples), 1.0 / len(samples))
     return anatomical.fit(linear_model.unflatten(samples), weights, anatomical.Shrinkage())
 
@@ -155,7 +157,7 @@ def of_unknown_laboratory(
     share: float = 1.0,
     known: Sequence[np.ndarray] = (),
 ) -> Reconstruction:
-    """Return the reconstruction of a walk from a laboratory outside the training data of a prior.
+    """Return the reconstruction of a walk from a laboratory that is not in the training data of a prior.
 
     The covariance is Laplace's approximation at the most probable walk.
 

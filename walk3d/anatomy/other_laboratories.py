@@ -1,4 +1,4 @@
-"""Reconstruction of walks by a prior of other laboratories, calibrated on the other people of the data."""
+"""Reconstruction of walks by a prior learnt from other laboratories and calibrated on people of the data set."""
 
 from __future__ import annotations
 
@@ -18,7 +18,9 @@ from walk3d.anatomy.study.sweeps.setting import anatomical_setting
 
 
 class OtherLaboratories(AnatomicalApproach):
-    """Reconstruction of every walk by a prior of other laboratories, calibrated on all people but the walk's own.
+    """Reconstruction of every walk by a prior learnt from other laboratories.
+
+    The prior is calibrated on all people of the data set except the person who walks.
 
     Parameters
     ----------
@@ -39,10 +41,10 @@ class OtherLaboratories(AnatomicalApproach):
         self._complete = ~unmeasured.any(axis=1)
 
     def fold(self, walk: int) -> Any:
-        """Return None: no prior is trained."""
+        """Return None, because no prior is trained."""
 
     def prior(self, walk: int) -> Prior:
-        """Return the prior that is calibrated on all people but that of a walk."""
+        """Return the prior calibrated on everyone except the person whose walk is given."""
         others = self._complete & (self._data.person != self._data.person[walk])
         people = [others & (self._data.person == who) for who in dict.fromkeys(self._data.person[others])]
         heights = [float(self._height_mm[person].mean()) for person in people]

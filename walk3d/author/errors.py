@@ -1,4 +1,4 @@
-"""Errors for a walker outside all data sets, with models that are trained on all people of one data set.
+"""Errors for a walker outside all data sets, reconstructed by models trained on one data set.
 
 Intervals are over the training people.  A bootstrap would train on about two thirds as many different people, with
 fewer eigenwalkers.  Therefore each person's influence on the logarithm of the error is computed by leaving the person
@@ -33,14 +33,17 @@ METHODS = ("average_walker", "least_squares", "map_70", "map_best", "anybody")
 ERROR_VIEWS_DEG = (0.0, 30.0, 60.0, 90.0)
 POSTURE_VIEWS_DEG = (0.0, 30.0, 90.0)
 NOISE_VARIANCES_MM2 = (70.0, 150.0, 300.0, 500.0, 1000.0, 2000.0, 5000.0, 10000.0)
-"""Candidates for sigma² of MAP; the best is an oracle, since the walker's truth selects it."""
+"""Candidates for sigma² of MAP.
+
+The best candidate is an oracle, because the ground truth of the walker selects it.
+"""
 DRAWS = 400
 """Number of resamples of the training people."""
 
 
 @dataclass(frozen=True)
 class OutsideErrors:
-    """Errors and postures of the outside walker.
+    """Errors and postures of a walker who is outside all data sets.
 
     Attributes
     ----------
@@ -74,7 +77,7 @@ class OutsideErrors:
 
 
 class AverageWalkerErrors(Sweep):
-    """Errors of a walker from a file, by default the average walker of the second author's laboratory."""
+    """Errors of a walker from a file, by default the average walker from Troje's laboratory."""
 
     draws_random_numbers = True
 
@@ -86,7 +89,7 @@ class AverageWalkerErrors(Sweep):
     view_angle_deg: Swept = scaled(start=0, stop=90, step="view_step_deg")  # of the curves
 
     def further_files(self, data: Data) -> dict[str, Path]:
-        """Return the walker's file, by name."""
+        """Return the path of the walker's file, with the key ``walker``."""
         if self.walker:
             if not Path(self.walker).is_file():
                 raise InvalidInput(
@@ -100,7 +103,10 @@ class AverageWalkerErrors(Sweep):
         return {"walker": find_here(AVERAGE, data).path}
 
     def measure(self, inputs: AnatomicalInputs) -> OutsideErrors:
-        """Return the errors of all methods, trained on all people and without each person in turn."""
+        """Return the errors of all methods with models trained on all people, and of models without one person.
+
+        The models without one person give the intervals over the training people.
+        """
         people = People(inputs.dataset, inputs.model)
         dataset = FourierDataset(harmonics=people.harmonics, pelvis=self.pelvis, sternum=self.sternum)
         walker, source = read_walker(inputs.files["walker"], dataset)
@@ -127,7 +133,7 @@ class AverageWalkerErrors(Sweep):
 
 
 class _Test:
-    """Reconstruction of the outside walker by models of the people."""
+    """Reconstruction of the outside walker by models of the training people."""
 
     def __init__(
         self, people: People, walker: FourierSamples, anybody: Setting, options: AverageWalkerErrors
@@ -139,7 +145,10 @@ class _Test:
         self.samples = linear_model.flatten(people.data.coefficients[tested][:, :5])
 
     def missing(self, fold: Fold, view_deg: np.ndarray, noise_mm2: float, *without: int) -> np.ndarray:
-        """Return the missing dimension (M, A, B, 15) by each method, mm; `noise_mm2` is sigma² of ``map_best``."""
+        """Return the missing dimension (M, A, B, 15), mm, by M methods from A views.
+
+        `noise_mm2` is sigma² of ``map_best``.
+        """
         view, blocks = np.radians(view_deg), len(self.truth)
         model = self.model(*without)
         sample = linear_model.flatten(self.truth[None, :5])[0]
@@ -155,11 +164,11 @@ class _Test:
         return missing
 
     def model(self, *without: int) -> linear_model.LinearModel:
-        """Return average walker and eigenwalkers of the people, without some of them."""
+        """Return the average walker and the eigenwalkers of all training people except those left out."""
         return linear_model.fit(np.delete(self.samples, without, axis=0), self.options.components)
 
     def best_noise(self, model: linear_model.LinearModel) -> float:
-        """Return the sigma², mm², with which MAP is nearest to the truth over the error views."""
+        """Return the sigma², mm², for which the error of MAP, averaged over the error views, is smallest."""
         sample, view = linear_model.flatten(self.truth[None, :5])[0], np.radians(ERROR_VIEWS_DEG)
         deltas = [
             reconstruction.from_known_views(model, sample, view, noise_variance=noise).delta
@@ -170,7 +179,10 @@ class _Test:
     def errors(
         self, without: tuple[int, ...], view_deg: np.ndarray, noise_mm2: float = 0.0
     ) -> tuple[float, np.ndarray]:
-        """Return sigma² of ``map_best``, selected by the error if it is 0, and the RMS errors (M, A), mm."""
+        """Return sigma² of ``map_best``, mm², and the RMS errors (M, A), mm, of M methods from A views.
+
+        If the given sigma² is 0, the sigma² with the smallest error is selected.
+        """
         noise_mm2 = noise_mm2 or self.best_noise(self.model(*without))
         view = np.radians(view_deg)
         missing = self.missing(self.people.fold(*without), view_deg, noise_mm2, *without)
@@ -180,7 +192,7 @@ class _Test:
 
 
 def read_walker(path: Path, dataset: FourierDataset) -> tuple[FourierSamples, str]:
-    """Return the walk in a file, represented with the options of a dataset, and its source with the terms.
+    """Return the walk in a file, represented with the options of a dataset, and the source with its terms of use.
 
     Raises
     ------
@@ -210,7 +222,7 @@ def _rows(error: np.ndarray, view_deg: np.ndarray) -> pd.DataFrame:
 
 
 def _draws(error: np.ndarray, left_out: np.ndarray, generator: np.random.Generator) -> pd.DataFrame:
-    """Return the table of errors (M, A) for resampled people, from the leave-one-out errors (P, M, A)."""
+    """Return a table of errors for resampled people, approximated from the leave-one-out errors (P, M, A)."""
     count, logarithm = len(left_out), np.log(left_out)
     influence = (count - 1) * (logarithm.mean(axis=0) - logarithm)
     times = bootstrap.resampling_weights(count, generator, resamples=DRAWS)
@@ -223,7 +235,7 @@ def _draws(error: np.ndarray, left_out: np.ndarray, generator: np.random.Generat
 def _variances(
     people: FourierSamples, tested: np.ndarray, walker: FourierSamples, view_deg: np.ndarray
 ) -> pd.DataFrame:
-    """Return the missing variance of each person and of the walker, by view."""
+    """Return the missing variance, mm², of each person and of the walker, by view."""
     tables = []
     for samples, number, who in [
         *((people, n, str(people.person[n])) for n in tested),

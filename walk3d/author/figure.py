@@ -1,4 +1,4 @@
-"""Figure on the average walker of another laboratory: missing variance, errors and postures."""
+"""Figure on the average walker from another laboratory: missing variance, errors and postures."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ METHOD_VIEW = ["method", "view_angle_deg"]
 
 
 class AverageWalkerFigure(Figure):
-    """Errors, missing variance and postures of one walker outside all data sets."""
+    """Errors, missing variance and postures of one walker who is outside all data sets."""
 
     model = AnatomicalModel
     sweep = AverageWalkerErrors
@@ -51,7 +51,7 @@ class AverageWalkerFigure(Figure):
     instants: Count = 5  # instants of the cycle that are drawn
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table``: error by method at four views, with intervals over the training people.
+        """Return ``table``, errors by method at four views with intervals over the training people, and more tables.
 
         ``table_draws`` has the resampled errors.  ``table_curve`` has the errors at all views, without intervals.
         ``table_variance`` has the missing variance of the walker and of the people, by view.
@@ -74,7 +74,7 @@ class AverageWalkerFigure(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Return charts of missing variance and error by view, and of errors at four views with intervals."""
+        """Return charts of missing variance and errors against the view, and of errors with intervals at four views."""
         error = partial(
             Chart, **VIEW, y="rms_error_mm", by="method", styles=STYLES, zero=True, label="error in depth, RMS",
             picture=False,
@@ -90,7 +90,7 @@ class AverageWalkerFigure(Figure):
         return Sheet(charts=charts, columns=3, caption=self.words(inputs, tables))
 
     def words(self, inputs: Inputs, tables: Tables) -> str:
-        """Return the caption: errors of the methods, and the source of the walker with its terms."""
+        """Return the caption: errors of the methods, and the source of the walker with its terms of use."""
         table = tables["table"].set_index(METHOD_VIEW)["rms_error_mm"]
         views = table.index.get_level_values(1).unique()
 
@@ -112,7 +112,7 @@ class AverageWalkerFigure(Figure):
         )
 
     def draw(self, inputs: Inputs, tables: Tables, picture: Picture) -> None:
-        """Draw the postures from each view like figure 4 of zhang2007: the missing dimension runs across the page."""
+        """Draw postures from each view like figure 4 of zhang2007, with the missing dimension along the horizontal."""
         truth, times = inputs.sweep.posture_truth, np.arange(self.instants) / self.instants
         groups = []
         for number, method in enumerate(METHODS[1:], 1):
@@ -131,14 +131,14 @@ class AverageWalkerFigure(Figure):
 
 
 def _with_percent(rows: pd.DataFrame) -> pd.DataFrame:
-    """Add the error in per cent of the average walker's error in the same draw and view."""
+    """Add the error as a percentage of the average walker's error in the same resample and view."""
     average = rows[rows["method"] == "average_walker"].set_index([DRAW, "view_angle_deg"])["rms_error_mm"]
     key = pd.MultiIndex.from_frame(rows[[DRAW, "view_angle_deg"]])
     return rows.assign(percent_of_average_walker=100.0 * rows["rms_error_mm"] / average.loc[key].to_numpy())
 
 
 def _variance_rows(variances: pd.DataFrame) -> pd.DataFrame:
-    """Return the mean over the people with its interval, and the walker's value, at each view."""
+    """Return, for each view, the mean over the training people with its interval, and the walker's value."""
     value = "missing_variance_mm2"
     rows = []
     for (is_walker, view), group in variances.groupby([variances["who"] == "walker", "view_angle_deg"]):

@@ -1,1 +1,1 @@
-"""Export of motion to files of other tools."""
+"""Export of motion to the file formats of other programs."""

@@ -1,4 +1,4 @@
-"""BVH files: points with a position channel at every joint, or a character with rotations only.
+"""BVH files: points with a position channel at every joint, or a character that only has rotations.
 
 Programs that read only the rotations show limbs of constant length, their mean.  Programs that read the position
 channels as well, like this package, get back the exact points.
@@ -34,7 +34,7 @@ def write(
     parents: Sequence[int] | None = None,
     rest: np.ndarray | None = None,
 ) -> None:
-    """Write positions as BVH in centimetres, with position and rotation (Z, X, Y) of each joint relative to its parent.
+    """Write positions as BVH, centimetres: position and rotation (Z, X, Y) of each joint relative to its parent.
 
     A joint with one child turns by the smallest rotation that moves the child to its position.  A joint with several
     children turns by the rotation that fits them best, and one without children like its parent.  At rest, limbs have
@@ -117,7 +117,7 @@ def write(
 
 
 def _at_rest(vectors: np.ndarray) -> np.ndarray:
-    """Return offsets (P, 3) with the mean direction and the mean length of each vector (T, P, 3)."""
+    """Return one offset per point (P, 3): mean direction and mean length of the vectors (T, P, 3)."""
     mean, length = vectors.mean(axis=0), np.linalg.norm(vectors, axis=-1).mean(axis=0)
     size = np.linalg.norm(mean, axis=-1)
     directed = size > 1e-6 * length
@@ -128,7 +128,10 @@ def _at_rest(vectors: np.ndarray) -> np.ndarray:
 def _turns(
     vectors: np.ndarray, offsets: np.ndarray, above: Sequence[int], children: dict[int, list[int]]
 ) -> np.ndarray:
-    """Return the rotations (P, T, 3, 3) of all joints in the axes of the file, from the offsets of their children."""
+    """Return the rotations (P, T, 3, 3) of all joints, in the axes of the file.
+
+    The rotation of a joint moves the offsets of its children onto their recorded directions.
+    """
     turns = np.tile(np.eye(3), (len(above), len(vectors), 1, 1))
     waiting = list(children[-1])
     while waiting:
@@ -154,7 +157,10 @@ def _directions(vectors: np.ndarray) -> np.ndarray:
 
 
 def _least_turn(before: np.ndarray, after: np.ndarray) -> np.ndarray:
-    """Return the smallest rotations (T, 3, 3) from one direction (T, 3) to another; identity where one is zero."""
+    """Return the smallest rotations (T, 3, 3) that turn one direction (T, 3) to another.
+
+    The rotation is the identity where a direction has length zero.
+    """
     a, b = _directions(before), _directions(after)
     axis = np.cross(a, b)
     plus = 0.5 * ((a + b) ** 2).sum(axis=1)  # 1 + the cosine, accurate for small values
@@ -170,7 +176,10 @@ def _least_turn(before: np.ndarray, after: np.ndarray) -> np.ndarray:
 
 
 def _angles_deg(turns: np.ndarray) -> np.ndarray:
-    """Return the angles (T, 3) about z, x, y of rotations (T, 3, 3) = Rz Rx Ry, degrees, without jumps."""
+    """Return the angles (T, 3), degrees, about z, x and y of rotations (T, 3, 3) = Rz Rx Ry.
+
+    The angles are continuous in time.
+    """
     sine, cosine = turns[:, 2, 1], np.hypot(turns[:, 0, 1], turns[:, 1, 1])
     straight = cosine > 1e-9  # otherwise z and y turn about the same axis, and y is set to zero
     about_z = np.where(
@@ -190,12 +199,15 @@ class Names(StrEnum):
 
 
 _LEG, _FOOT_FORWARD, _FOOT_DOWN, _TOES = 0.491, 0.075, 0.032, 0.04
-"""Lengths relative to the stature: hip to ankle; ankle to ball of the foot, forwards and down; ball to toe tip."""
+"""Lengths relative to the stature: leg, ankle to ball of the foot (forward and down), ball to toe tip."""
 _UP, _FORWARD, _LEFT = np.array([0.0, 1, 0]), np.array([0.0, 0, 1]), np.array([1.0, 0, 0])
 _DIRECTIONS = {"up": _UP, "down": -_UP, "left": _LEFT, "right": -_LEFT, "mean": np.full(3, np.nan)}
 
 _COLUMNS = (*Names, "parent", "start", "end", "share", "direction")
-"""Columns of the tables below: names of a joint, parent, position as a share between start and end, rest direction."""
+"""Columns of the tables of joints: names of a joint, parent, start, end, share, and direction at rest.
+
+The joint is at this share of the distance from start to end.
+"""
 _TRUNK = """
 pelvis      Hips    Hips    none        pelvis  pelvis 0   mean
 spine       Spine   Spine1  pelvis      pelvis  sternum .1 up
@@ -215,14 +227,14 @@ left_hip      LeftUpLeg    LeftThigh    pelvis        left_hip      left_knee   
 left_knee     LeftLeg      LeftShin     left_hip      left_hip      left_knee     1  down
 left_ankle    LeftFoot     LeftFoot     left_knee     left_knee     left_ankle    1  down
 """
-"""Joints of a character: names (ours, Mixamo, Rokoko), parent, start, end, share, and direction at rest.
+"""Joints of a character, one per row, with the columns `_COLUMNS`. The names are ours, Mixamo's and Rokoko's.
 
 Our head joint is at the centre of the head; that of the other schemes is at the base of the skull."""
 
 
 @dataclass(frozen=True)
 class Character:
-    """Points of a character.
+    """Points of a character for animation.
 
     Attributes
     ----------
@@ -242,7 +254,10 @@ class Character:
 
 
 def character(positions: np.ndarray, names: Names) -> Character:
-    """Return the character of a person who walks along z with y up, from joints (T, 15, 3), in a naming scheme."""
+    """Return the character of a walker with the given naming scheme, from joints (T, 15, 3), mm.
+
+    The walker moves along z, with y up.
+    """
     require_shape("positions", positions, (len(positions), len(WALKER15.joints), 3))
     at = {joint: positions[:, j] for j, joint in enumerate(WALKER15.joints)}
     right = _LIMBS.replace("left", "right").replace("Left", "Right")

@@ -13,13 +13,13 @@ from pipeline.formats.contract import damaged
 from pipeline.formats.points.cells import positions_to_write
 
 _LABELS = 255
-"""Largest number of labels in one parameter."""
+"""Largest number of labels in one C3D parameter."""
 _COUNTER = 65535
-"""Largest integer of 16 bits."""
+"""Largest signed integer of 16 bits."""
 
 
 def write(path: Path, names: Sequence[str], positions_mm: np.ndarray, frame_rate_hz: float) -> None:
-    """Write positions as C3D in millimetres and single precision; a missing sample has the residual -1.
+    """Write positions as C3D, millimetres, in single precision. A missing sample has the residual -1.
 
     Parameters
     ----------

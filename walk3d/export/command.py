@@ -1,4 +1,4 @@
-"""Export of motion to a file: a walker of a figure, original and reconstructed, or a recording."""
+"""Export of motion to a file: a recording, or a walker of a figure as recorded and as reconstructed."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ from walk3d.export.motion import WRITTEN, Motion, write
 
 
 class Layout(StrEnum):
-    """Rows of a CSV: one for each point of each frame (long), or one for each frame (wide)."""
+    """Rows of a CSV file: one for each point in each frame (long), or one for each frame (wide)."""
 
     long = "long"
     wide = "wide"
 
 
 class Shown(StrEnum):
-    """Motions of a figure to write."""
+    """Motions of a figure that are written."""
 
     both = "both"
     original = "original"
@@ -48,7 +48,7 @@ class Shown(StrEnum):
 
 @dataclass
 class Export:
-    """Options of the command; `synthesised` has the defaults of those that are None."""
+    """Options of the command. If an option is None, `synthesised` uses a default."""
 
     to: str = ""
     walker: str = ""
@@ -67,14 +67,14 @@ class Export:
 
 _KIND_OF_OPTION = dict.fromkeys(("walker", "view_angle_deg", "method", "motion"), "figure")
 _KIND_OF_OPTION |= dict.fromkeys(("skeleton", "units", "subject", "up"), "recording")
-"""Options that apply to one kind of source only, with that kind."""
+"""Options that apply to only one kind of source, mapped to this kind."""
 
 USAGE = "export FOLDER_OF_A_FIGURE|RECORDING [walker=…] [view_angle_deg=30] [method=map] to=walk.c3d"
 
 MAX_FRAMES = 1_000_000
 """Largest number of frames to write."""
 _CYCLES, _RATE_HZ = 3.0, 100.0
-"""Default number of cycles and frame rate of walkers that are synthesised from Fourier representations."""
+"""Default number of cycles and frame rate, Hz, of walkers synthesised from Fourier representations."""
 
 
 def export(arguments: Sequence[str]) -> Path:
@@ -105,7 +105,9 @@ def export(arguments: Sequence[str]) -> Path:
 
 
 def recording(source: Path, options: Export) -> Motion:
-    """Return the points of a recording, or with ``skeleton=`` its joints with z up; at a lower rate on request.
+    """Return the points of a recording, or with ``skeleton=`` its joints with z up.
+
+    The frame rate is reduced if ``frame_rate_hz=`` is lower than that of the recording.
 
     If the file states no unit, the unit is inferred from the length of the legs, provided that a mapping fits the
     points. With ``up=`` points are also turned to z up.
@@ -161,7 +163,10 @@ def reconstruction(folder: Path, options: Export) -> Motion:
 
 
 def synthesised(walks: Sequence[tuple[str, Walk]], options: Export) -> Motion:
-    """Return walkers, each with a suffix for its joints' names, with the requested cycles and frame rate."""
+    """Return walkers as one motion with the requested number of cycles and frame rate.
+
+    The names of each walker's joints end in the suffix of this walker.
+    """
     cycles = _CYCLES if options.cycles is None else options.cycles
     rate = _RATE_HZ if options.frame_rate_hz is None else options.frame_rate_hz
     require_range("cycles", cycles, above=0, at_most=10000)

@@ -1,4 +1,4 @@
-"""Files of motion, in the format of the suffix and with the axes that readers of the format expect."""
+"""Writer of motion files: the suffix selects the format and its usual axes."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ WRITTEN = (".c3d", ".trc", ".bvh", ".csv", ".npz")
 """Suffixes of the formats that `write` supports."""
 
 _Y_UP_FORWARD_X = np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]])
-"""Rotation to the axes of OpenSim: x forward, y up, z to the right."""
+"""Rotation to the axes of OpenSim: x forward, y up, z to the walker's right."""
 _Y_UP_FORWARD_Z = np.array([[-1.0, 0, 0], [0, 0, 1], [0, 1, 0]])
-"""Rotation to the axes of BVH: z forward, y up, x to the left."""
+"""Rotation to the axes of BVH: z forward, y up, x to the walker's left."""
 
 
 @shortened
@@ -50,7 +50,9 @@ class Motion:
 
 
 def write(target: Path, motion: Motion, *, wide: bool = False) -> None:
-    """Write points in the format of the suffix; TRC has y up and x forward (OpenSim), BVH y up and z forward.
+    """Write points in the format of the file's suffix.
+
+    TRC has y up and x forward, as in OpenSim; BVH has y up and z forward.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Point-light walkers: the joints of a walk as dots on a dark background, optionally disturbed or among noise.
+"""Point-light walkers: joints of a walk as dots on a dark background, with optional manipulations and noise.
 
 A display is made in steps.  Each step is a pure function of `PointLights`; random steps take a generator:
 
@@ -49,7 +49,7 @@ __all__ = [
 
 
 class _Function(ModuleType):
-    """Module that is called as `of_motion`."""
+    """Module type that can be called like a function: a call is passed to `of_motion`."""
 
     __call__ = staticmethod(of_motion)
 

@@ -1,4 +1,4 @@
-"""Command for point-light walkers of a recording, a figure, a reconstruction from keypoints, or an average walker."""
+"""Command for point-light walkers of a recording, a figure, a 3D reconstruction, or an average walker."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from walk3d.pointlight import Noise, PointLights
 
 
 class Joints(StrEnum):
-    """Joints to show."""
+    """Joints that are shown as dots."""
 
     all = "all"
     measured = "measured"
@@ -60,7 +60,7 @@ class WalkOptions:
 
 @dataclass
 class ViewOptions:
-    """Options of the view, the duration, the path and the joints."""
+    """Options of the view, the duration, the walking path and the joints."""
 
     view_angle_deg: Annotated[float, bounded(at_least=-360, at_most=360)] = 0.0
     cycles: _UpToThousand = 1.0
@@ -72,7 +72,7 @@ class ViewOptions:
 
 @dataclass
 class DisturbanceOptions:
-    """Options of the display's disturbances."""
+    """Options that disturb the display: manipulations and noise dots."""
 
     seed: Annotated[int, bounded(at_least=0, at_most=2**63)] = 1
     inverted: bool = False
@@ -98,7 +98,7 @@ class FileOptions:
 
 @dataclass
 class Display(FileOptions, DisturbanceOptions, ViewOptions, WalkOptions):
-    """Options of the command, in the units of their names; `point_lights` explains them.
+    """All options of the command. The name of an option ends in its unit; `point_lights` explains the options.
 
     Options without bounds are checked when the display is made.
     """
@@ -112,19 +112,19 @@ _KIND_OF_OPTION = dict.fromkeys(("walker", "method", "from_view_deg"), "figure")
     "harmonics": "recording or film",
     **dict.fromkeys(("weight", "nervous", "happy"), "author"),
 }
-"""Options that apply to one kind of source only, with that kind."""
+"""Options that apply to only one kind of source, mapped to this kind."""
 _NEEDED_OPTION = {
     "shown": "lifetime_frames",
     "noise": "noise_dots",
     "field": "noise_dots",
     "speed_mm_s": "translating",
 }
-"""Options that have no effect without another, with that other option."""
+"""Options that have no effect without a second option, mapped to this second option."""
 
 USAGE = "pointlight RECORDING|FOLDER|synthetic|author [view_angle_deg=90] [inverted=true] [noise_dots=60] to=walker.svg"
 
 SUFFIXES = (".svg", ".csv", ".gif", ".ptd", ".mm")
-"""Suffixes of the output file."""
+"""Suffixes of the output file, each with its own format."""
 _VIEW_OPTIONS = (
     "inverted", "mirrored", "scrambled", "phase_scrambled", "lifetime_frames", "noise_dots",
 )  # fmt: skip
@@ -160,7 +160,7 @@ def make(arguments: Sequence[str]) -> tuple[Path, str]:
 
 
 def _in_view(target: Path, walk: Walk, options: Display) -> str:
-    """Write the dots of a view; return a description."""
+    """Write the dots of a view to a file, and return a description of the display."""
     hundredths = max(
         2, round(100 / options.frame_rate_hz)
     )  # duration of a GIF's frame, hundredths of a second
@@ -183,7 +183,7 @@ def _in_view(target: Path, walk: Walk, options: Display) -> str:
 
 
 def display(walk: Walk, options: Display) -> PointLights:
-    """Return the dots of a walk, with the disturbances that the options select.
+    """Return the dots of a walk, with the selected manipulations and noise dots.
 
     Every disturbance has a separate generator, so that one does not change the random numbers of another.
     """
@@ -222,7 +222,7 @@ def display(walk: Walk, options: Display) -> PointLights:
 
 
 def _walk(kind: str, path: Path, options: WalkOptions) -> Walk:
-    """Return the selected walker: synthetic, the author's, or from a figure, keypoints or a recording."""
+    """Return the selected walker: synthetic, Troje's average walker, or from a figure, keypoints or a recording."""
     harmonics = options.harmonics
     if kind == "synthetic":
         gender = options.gender or 0.0
@@ -258,7 +258,7 @@ def _walk(kind: str, path: Path, options: WalkOptions) -> Walk:
 
 
 def _speed(walk: Walk, options: ViewOptions) -> float:
-    """Return the speed, mm/s: 0 on the spot, otherwise the requested speed or that of the walk."""
+    """Return the speed, mm/s: 0 for a walk on the spot, otherwise the requested speed or the walk's speed."""
     if not options.translating:
         return 0.0
     if options.speed_mm_s is not None:

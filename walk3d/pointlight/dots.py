@@ -1,4 +1,4 @@
-"""Dots of a view of a walk, frame by frame: zhang2007 3.1, 3.5."""
+"""Dots of a walk in every frame, as they appear from a view: zhang2007 3.1, 3.5."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from walk3d.pointlight.files import PointLights
 MAX_FRAMES = 100_000
 """Largest number of frames of a display."""
 _INSTANTS = 200
-"""Instants of a cycle at which the step length is measured."""
+"""Number of instants of the cycle at which the step length is measured."""
 
 
 class _Options(TypedDict, total=False):
@@ -41,7 +41,7 @@ def walker(
     speed_mm_s: float = 0.0,
     joints: np.ndarray | None = None,
 ) -> PointLights:
-    """Return the dots of a walk in a view.
+    """Return the dots of a walk as they appear from a view.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def walker(
 def of_motion(
     motion: MotionCapture, *, skeleton: str = "auto", subject: str = "", **options: Unpack[_Options]
 ) -> PointLights:
-    """Return the dots of the steady walk in a recording, or of a motion that was synthesised.
+    """Return the dots of the steady walk in a recording or in a synthesised motion.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ def of_motion(
 
 
 def walking_speed(coefficients: np.ndarray, stride_hz: float) -> float:
-    """Return the speed over the ground, mm/s, of a walk on the spot: two steps per stride.
+    """Return the speed over the ground, mm/s, from a walk on the spot: step length times two steps per stride.
 
     A step is the largest distance between the ankles.  For recorded walks the speed is 8 % too low (median of 105 walks
     of 33 people), since one heel rises before the other lands.
@@ -124,11 +124,13 @@ def walking_speed(coefficients: np.ndarray, stride_hz: float) -> float:
 
 
 _RATE_HZ, _DURATION_S, _SEED = 60.0, 4.0, 2007
-"""Frame rate, duration and seed of the synthetic people behind the average walkers."""
+"""Frame rate, Hz, duration, s, and random seed of the synthetic people who make up the average walkers."""
 
 
 def synthetic_walker(gender: float = 0.0) -> tuple[np.ndarray, float]:
-    """Return the Fourier representation (5, 15, 3), mm, of an average synthetic walker, and its stride frequency, Hz.
+    """Return the Fourier representation (5, 15, 3), mm, and the stride frequency, Hz, of a synthetic walker.
+
+    The walker is an average of synthetic people.
 
     Parameters
     ----------
@@ -148,7 +150,7 @@ def synthetic_walker(gender: float = 0.0) -> tuple[np.ndarray, float]:
 
 @functools.cache
 def _averages() -> tuple[tuple[np.ndarray, float], tuple[np.ndarray, float]]:
-    """Return average walker and stride frequency of women and of men."""
+    """Return the average walker and the stride frequency, Hz, of women and of men."""
     people = walkers.walking_population(
         np.random.default_rng(_SEED), duration_s=_DURATION_S, frame_rate_hz=_RATE_HZ, marker_noise_mm=0.0
     )

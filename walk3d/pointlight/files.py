@@ -1,4 +1,4 @@
-"""Point-light displays, and their text: animated SVG, CSV, and the format of the Body Movement Library."""
+"""Point-light displays and their file contents: animated SVG, CSV, and the Body Movement Library's format."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from pipeline.shortened import shortened
 from pipeline.validation import require_count, require_range, require_shape
 
 PTD_RATE_HZ = 60.0
-"""Frame rate of the Body Movement Library."""
+"""Frame rate of the Body Movement Library, Hz."""
 
 _MM_PER_INCH = 25.4
 _MARGIN = 0.08
-"""Margin on each side, relative to the height."""
+"""Margin on each side of the picture, relative to the height of the picture."""
 
 
 @shortened
@@ -46,12 +46,12 @@ class PointLights:
 
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lowest and highest coordinates (2,) of all dots over all frames, mm."""
+        """Lowest and highest coordinates, each (2,), of all dots in all frames, mm."""
         return self.positions.min(axis=(0, 1)), self.positions.max(axis=(0, 1))
 
 
 def pixels(lights: PointLights, height_px: int) -> tuple[np.ndarray, tuple[int, int]]:
-    """Return positions (T, P, 2) in pixels, right and down, and the size (width, height) of the picture.
+    """Return positions (T, P, 2), px, rightwards and downwards, and the picture's size (width, height), px.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def pixels(lights: PointLights, height_px: int) -> tuple[np.ndarray, tuple[int, 
 def as_svg(
     lights: PointLights, *, height_px: int = 400, dot_px: float = 4.0, title: str = "point-light walker"
 ) -> str:
-    """Return an animated SVG that repeats its frames in any browser, without a script.
+    """Return an animated SVG that any browser plays in a loop, without a script.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ def as_svg(
 
 
 def as_csv(lights: PointLights) -> str:
-    """Return a CSV with a row for each frame and dot: frame, time, dot, kind, and position in mm."""
+    """Return CSV text with a row for each frame and dot: frame, time, dot, kind, and position, mm."""
     lines = ["frame,time_s,dot,kind,x_mm,y_mm"]
     kinds = ["walker" if is_walker else "noise" for is_walker in lights.of_walker]
     for frame, places in enumerate(lights.positions.tolist()):
@@ -122,7 +122,9 @@ def as_csv(lights: PointLights) -> str:
 
 
 def as_ptd(positions_mm: np.ndarray) -> str:
-    """Return a walk in the format of the Body Movement Library: number of frames, then 45 numbers per frame, inches.
+    """Return a walk as text in the Body Movement Library's format: the frame count, then 45 values per frame.
+
+    The values are in inches.
 
     The order of points is that of WALKER15: head, sternum, left arm, right arm, pelvis, left leg, right leg.
 

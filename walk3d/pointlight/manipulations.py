@@ -15,7 +15,7 @@ MAX_DOTS = 2000
 
 
 class Noise(StrEnum):
-    """Kinds of noise dots, by their motion."""
+    """Kinds of noise dots, which differ in their motion."""
 
     scrambled_walker = "scrambled_walker"
     """Each noise dot moves like a dot of the walker, at a random position and phase."""
@@ -24,12 +24,12 @@ class Noise(StrEnum):
 
 
 def inverted(lights: PointLights) -> PointLights:
-    """Return the display turned upside down about its middle."""
+    """Return the display turned upside down about the centre of its height."""
     return _flipped(lights, 1)
 
 
 def mirrored(lights: PointLights) -> PointLights:
-    """Return the display with left and right exchanged about its middle."""
+    """Return the display with left and right exchanged about the centre of its width."""
     return _flipped(lights, 0)
 
 
@@ -41,7 +41,7 @@ def _flipped(lights: PointLights, axis: int) -> PointLights:
 
 
 def scrambled(lights: PointLights, generator: np.random.Generator) -> PointLights:
-    """Return the display with each dot's trajectory moved to a random position in the walker's rectangle.
+    """Return the display with each dot's trajectory moved to a random position in the walker's bounding box.
 
     The motion of each dot does not change; its position is no longer informative.
     """
@@ -52,7 +52,7 @@ def scrambled(lights: PointLights, generator: np.random.Generator) -> PointLight
 def _moved_into(
     trajectories: np.ndarray, low: np.ndarray, high: np.ndarray, generator: np.random.Generator
 ) -> np.ndarray:
-    """Return trajectories (T, P, 2), each moved to a random position where it is inside a rectangle."""
+    """Return trajectories (T, P, 2), each moved to a random position inside a rectangle."""
     low_shift, high_shift = low - trajectories.min(axis=0), high - trajectories.max(axis=0)
     middle = (low_shift + high_shift) / 2  # a trajectory that does not fit is centred
     low_shift, high_shift = np.minimum(low_shift, middle), np.maximum(high_shift, middle)
@@ -60,7 +60,7 @@ def _moved_into(
 
 
 def phase_scrambled(lights: PointLights, generator: np.random.Generator) -> PointLights:
-    """Return the display with each dot's trajectory starting at a random frame.
+    """Return the display with the trajectory of each dot starting at a random frame of the loop.
 
     Raises
     ------
@@ -79,7 +79,7 @@ def phase_scrambled(lights: PointLights, generator: np.random.Generator) -> Poin
 
 
 def _starting_at(trajectories: np.ndarray, first: np.ndarray) -> np.ndarray:
-    """Return the trajectories (T, P, 2) of a loop, each starting at its own frame (P,)."""
+    """Return looped trajectories (T, P, 2) that start at the given frames (P,), one frame for each dot."""
     frames, dots = trajectories.shape[:2]
     return trajectories[(np.arange(frames)[:, None] + first) % frames, np.arange(dots)]
 
@@ -87,7 +87,7 @@ def _starting_at(trajectories: np.ndarray, first: np.ndarray) -> np.ndarray:
 def limited_lifetime(
     lights: PointLights, generator: np.random.Generator, *, lifetime_frames: int, shown: int
 ) -> PointLights:
-    """Return a display of fewer dots; each dot moves to another joint after its lifetime.
+    """Return a display with fewer dots than joints; after its lifetime, a dot moves to another joint.
 
     In every frame each dot is at a different joint.  Changes are staggered evenly over the lifetime.
 
@@ -191,7 +191,7 @@ def _noise_dots(
     high: np.ndarray,
     generator: np.random.Generator,
 ) -> np.ndarray:
-    """Return the trajectories (T, dots, 2) of noise dots in a rectangle."""
+    """Return the trajectories (T, n, 2) of n noise dots in a rectangle."""
     frames, joints = model.positions.shape[:2]
     if kind is Noise.uniform:
         return np.broadcast_to(generator.uniform(low, high, size=(dots, 2)), (frames, dots, 2))

@@ -10,7 +10,7 @@ from PIL import Image, ImageDraw
 from pipeline.validation import require_count
 
 _OVERSAMPLING = 4
-"""Pixels drawn for one pixel of the file, so that dots move by fractions of a pixel."""
+"""Number of pixels drawn along each axis per pixel of the file, so that dots move by fractions of a pixel."""
 
 
 def draw_gif(
@@ -22,7 +22,7 @@ def draw_gif(
     hundredths: int,
     comment: str = "",
 ) -> None:
-    """Write white dots on black as a GIF that repeats without end.
+    """Write white dots on black as a GIF that plays in a loop.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Anatomical prior for 3D from one view: mirror images, bones of constant length, left and right alike.
+"""Anatomical prior for 3D walks from one view: mirror images, and bones of constant, symmetric length.
 
 It solves the problem of the papers' two approaches (`pipeline.core.reconstruction`), the missing dimension of a walk
 [zhang2007 3.2], and adds standard deviations.

@@ -1,4 +1,4 @@
-"""Error bars: standard deviations of positions at instants, and multipliers calibrated on other people.
+"""Error bars: standard deviations of positions at instants, and factors calibrated on other people.
 
 Symbols
 -------
@@ -22,12 +22,12 @@ GROUPS = {
     "knee": ("left_knee", "right_knee"),
     "ankle": ("left_ankle", "right_ankle"),
 }
-"""Groups of joints with similar errors."""
+"""Groups of joints whose errors are similar."""
 
 GROUP_OF_JOINT = np.array(
     [next(n for n, names in enumerate(GROUPS.values()) if joint in names) for joint in WALKER15.joints]
 )
-"""Number of each joint's group, (15,)."""
+"""Index (15,) of each joint's group in `GROUPS`."""
 
 
 def at_instants(coefficients: np.ndarray, phases: int) -> np.ndarray:
@@ -37,7 +37,7 @@ def at_instants(coefficients: np.ndarray, phases: int) -> np.ndarray:
 
 
 def deviation_at_instants(covariance: np.ndarray, blocks: int, phases: int) -> np.ndarray:
-    """Return standard deviations (…, U / B, K) at instants, from the coefficients' covariance (…, U, U).
+    """Return standard deviations (…, U / B, K) at K instants, from the coefficients' covariance (…, U, U).
 
     The B coefficients of a coordinate are adjacent.
     """
@@ -51,7 +51,9 @@ def deviation_at_instants(covariance: np.ndarray, blocks: int, phases: int) -> n
 def multipliers_without(
     z: np.ndarray, groups: np.ndarray, levels: np.ndarray, *, alike: np.ndarray | None = None
 ) -> np.ndarray:
-    """Return multipliers (P, G, L) of each person's bars, from |z| of all other people.
+    """Return the factors (P, G, L) that scale each person's error bars.
+
+    The factors are learnt from the absolute standardised errors |z| of all other people.
 
     Parameters
     ----------

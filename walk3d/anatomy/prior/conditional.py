@@ -48,13 +48,13 @@ class Noise:
     slow: float = 0.0
 
     def floor(self, blocks: int) -> np.ndarray:
-        """Return the variance (1 + 2H,) of bias and slow error in each coefficient of a joint, mm²."""
+        """Return the variance (1 + 2H,), mm², that bias and slow error add to the coefficients of a joint."""
         harmonics = max(blocks // 2, 1)
         return np.concatenate([[self.bias**2], np.full(blocks - 1, self.slow**2 / harmonics)])
 
 
 def unknown_coefficients(hidden: np.ndarray, blocks: int) -> np.ndarray:
-    """Return the mask (45 B,) of coefficients (joint, across-up-away, block) that a view does not show."""
+    """Return the mask (45 B,), ordered by joint, image axis and block, of coefficients that a view does not show."""
     unknown = np.zeros((JOINTS, 3, blocks), bool)
     unknown[:, 2] = True
     unknown[hidden] = True
@@ -62,7 +62,7 @@ def unknown_coefficients(hidden: np.ndarray, blocks: int) -> np.ndarray:
 
 
 NOTHING_HIDDEN = np.zeros(JOINTS, bool)
-"""Mask of hidden joints, (15,), in which no joint is hidden."""
+"""Mask (15,) of hidden joints, in which no joint is hidden."""
 
 
 def inverse(matrix: np.ndarray) -> np.ndarray:
@@ -82,7 +82,7 @@ def inverse(matrix: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class HeightsSeen:
-    """Prior that is conditioned on the vertical of the visible joints, which is the same in every view.
+    """Prior given the vertical coordinates of the visible joints, which are the same in every view.
 
     Each view then needs a system of half the size, for the remaining R coefficients.  They are ordered by axis: x and y
     of all joints, n = 15 B each, then the vertical of hidden joints.
@@ -192,7 +192,7 @@ class Conditional:
 
     @cached_property
     def covariance(self) -> np.ndarray:
-        """Conditional covariance Sigma (A, U, U), mm²."""
+        """Conditional covariances Sigma (A, U, U), mm²."""
         covariances = self.before.copy()
         for sigma, factor, crossed in zip(covariances, self.factor, self.crossed, strict=True):
             white, _ = lapack.dtrtrs(factor, crossed.T, lower=1)
@@ -205,7 +205,7 @@ class Conditional:
         return np.stack([inverse(covariance) for covariance in self.covariance])
 
     def expect(self, observed: np.ndarray) -> np.ndarray:
-        """Return the means mu (A, M, U) given the observed coefficients (A, M, O) of M walkers, mm."""
+        """Return the conditional means mu (A, M, U), mm, given the observed coefficients (A, M, O) of M walkers."""
         _, off, expected = self._given_heights(observed)
         expected += self.mean[:, None, self.unknown]
         for mean, factor, crossed, of_view in zip(expected, self.factor, self.crossed, off, strict=True):
@@ -213,7 +213,7 @@ class Conditional:
         return expected
 
     def cost(self, observed: np.ndarray) -> np.ndarray:
-        """Return -2 log p (A, M) of the same observed coefficients (M, O) in every view, up to a constant."""
+        """Return -2 log p (A, M), up to a constant, of observed coefficients (M, O) that are the same in every view."""
         heights, off, _ = self._given_heights(observed[None])
         terms = []
         for factor, values in ((self.heights.factor, heights[0]), *zip(self.factor, off, strict=True)):
@@ -222,7 +222,7 @@ class Conditional:
         return np.stack(terms[1:]) + terms[0]
 
     def _given_heights(self, observed: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return deviations of the vertical, deviations across given the vertical, and the shift of the unknown.
+        """Return vertical deviations, deviations across given the vertical, and expected unknown deviations.
 
         `observed` is (A, M, O), or (1, M, O) for the same coefficients in every view.
         """
@@ -251,7 +251,7 @@ def condition(
 
 
 def heights_seen(prior: Prior, *, noise: Noise, hidden: np.ndarray = NOTHING_HIDDEN) -> HeightsSeen:
-    """Return the prior conditioned on the vertical of the visible joints.
+    """Return the prior given the vertical coordinates of the visible joints.
 
     Parameters
     ----------
@@ -286,7 +286,7 @@ def heights_seen(prior: Prior, *, noise: Noise, hidden: np.ndarray = NOTHING_HID
 
 
 def _factorise(covariance: np.ndarray) -> None:
-    """Overwrite a covariance with its upper Cholesky factor, the transpose of the lower one."""
+    """Overwrite a covariance with its upper Cholesky factor, the transpose of the lower factor."""
     _, failed = lapack.dpotrf(covariance.T, lower=1, overwrite_a=1)
     if failed:
         raise InvalidInput(
@@ -305,7 +305,7 @@ def expect_from_walks(
     unknown: np.ndarray,
     noise_variances: Sequence[float],
 ) -> np.ndarray:
-    """Return the means mu (S, A, M, U) of M walkers for S noise variances, mm, with the sample covariance of N walks.
+    """Return the means mu (S, A, M, U), mm, of M walkers in A views for S noise variances, from N walks.
 
     Parameters
     ----------

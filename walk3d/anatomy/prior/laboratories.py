@@ -31,9 +31,12 @@ from walk3d.anatomy.prior.bars import GROUP_OF_JOINT, GROUPS
 from walk3d.anatomy.prior.prior import JOINTS, Prior, by_joint
 
 ASSUMED_CONTRASTS = 4.0
-"""Weight of the assumed differences, as a number of contrasts between laboratories."""
+"""Weight of the assumed differences, expressed as a number of contrasts between laboratories."""
 COMMON = 0.5
-"""Share of a laboratory's difference L that is common to its people; marker placement varies the rest by person."""
+"""Share of a laboratory's difference L that all its people have in common.
+
+The rest varies between people with the placement of markers.
+"""
 _HAS_OFFSET = np.array([joint != "pelvis" for joint in WALKER15.joints])
 _OUTWARDS = np.array([-1.0 if joint.startswith("left") else 1.0 for joint in WALKER15.joints])
 
@@ -56,7 +59,7 @@ class Differences:
 
 
 def concentration(weights: np.ndarray, laboratories: np.ndarray) -> float:
-    """Return the sum of squares of the laboratories' weights: 1 over their effective number.
+    """Return the sum of the squared weights of laboratories, the inverse of their effective number.
 
     Examples
     --------
@@ -68,7 +71,9 @@ def concentration(weights: np.ndarray, laboratories: np.ndarray) -> float:
 
 
 def definitions(differences: Differences = Differences(), *, across: bool = True) -> np.ndarray:
-    """Return the covariance (15, 3, 15, 3) of joint offsets between two laboratories, mm², symmetric in the sides.
+    """Return the covariance (15, 3, 15, 3) of joint offsets between two laboratories, mm².
+
+    The offsets of the left and the right side are mirror images.
 
     Without `across`, offsets are only forwards and up: they turn limbs in the plane of progression, or move joints
     along them.  Films of five laboratories, left out in turn, were reconstructed worse with `across`.
@@ -83,7 +88,7 @@ def definitions(differences: Differences = Differences(), *, across: bool = True
 def unfamiliar(
     prior: Prior, differences: Differences, share: float = 1.0, known: Sequence[np.ndarray] = ()
 ) -> Prior:
-    """Return the prior for a walker of a laboratory outside the training walks.
+    """Return the prior for a walker whose laboratory is not among the training walks.
 
     Parameters
     ----------
@@ -128,7 +133,7 @@ def learn_differences(
     *,
     worth: float = ASSUMED_CONTRASTS,
 ) -> Differences:
-    """Estimate the differences between laboratories as random effects, shrunken towards assumed ones.
+    """Estimate the differences between laboratories as random effects, shrunken towards assumed differences.
 
     Parameters
     ----------
@@ -157,7 +162,7 @@ def learn_differences(
     offset = of_person - size[:, None, None] * average
 
     def deviation_of(values: np.ndarray, before: float) -> float:
-        """Return the standard deviation of a difference between laboratories, common to values (P, n)."""
+        """Return the standard deviation, pooled over n columns (P, n), of a laboratory difference."""
         means = np.stack([values[laboratory == number].mean(axis=0) for number in range(len(names))])
         sampling = ((values - means[laboratory]) ** 2).sum(axis=0).mean() / (len(who) - len(names)) / counts
         reliability = 0.5 * before**2 / np.maximum(0.5 * before**2 + sampling, np.finfo(float).tiny)

@@ -1,4 +1,4 @@
-"""Most probable unknown coefficients, given the conditional and bones of constant, symmetric length.
+"""Most probable unknown coefficients, given the conditional and bones of constant and symmetric length.
 
 Symbols
 -------
@@ -28,34 +28,37 @@ from walk3d.anatomy.prior.conditional import Conditional, inverse
 from walk3d.anatomy.prior.prior import BONES, JOINTS, PAIRS, PHASES, Prior
 
 MIN_VARIANCE = 1.0
-"""Smallest variance of a tolerance, mm², for models whose bones are exactly constant."""
+"""Smallest variance of a bone's length, mm², for models whose bones are exactly constant."""
 TURNING = 0.1
-"""Variance of a length within the cycle per variance of the fixed offsets of its two joints.
+"""Variance of a bone's length within the cycle, relative to the variance of fixed offsets of its two joints.
 
 The bone turns by about 25 degrees either way; the value is twice the variance of the cosine between offset and bone."""
 STEP_MM = 5e-3
-"""Largest change of a coefficient in the last Newton step; the remaining error is of the order of its square."""
+"""Largest change of a coefficient, mm, in the last Newton step.
+
+The remaining error is of the order of the square of this change.
+"""
 GAUSS_NEWTON_STEPS = 3
-"""Number of Gauss-Newton steps at the start; later steps also use the curvature of the lengths."""
+"""Number of Gauss-Newton steps at the start; later steps also use the curvature of the bone lengths."""
 MAX_STEPS = 60
 MAX_HALVINGS = 12
-"""Largest number of steps, and of halvings of a step."""
+"""Largest number of times that a step is halved; `MAX_STEPS` is the largest number of steps."""
 _ROUNDING_TOLERANCE = 1e-12
-"""Relative increase of J that counts as rounding error."""
+"""Relative increase of the cost J that counts as rounding error."""
 
 
 ENDS = np.eye(JOINTS)[BONES[:, 1]] - np.eye(JOINTS)[BONES[:, 0]]
-"""Matrix (16, 15) from joints to bones: end less start."""
+"""Matrix (16, 15) from joint positions to bone vectors: end minus start."""
 SIDES = np.eye(len(BONES))[PAIRS[:, 0]] - np.eye(len(BONES))[PAIRS[:, 1]]
-"""Matrix (P, 16) from bones to pairs: left less right."""
+"""Matrix (P, 16) from bone lengths to differences within pairs: left minus right."""
 _LEVERS = np.stack([np.outer(ENDS[a], np.eye(len(BONES))[a]) for a in range(len(BONES))])
 _LEVERS = (_LEVERS[PAIRS[:, 0]] - _LEVERS[PAIRS[:, 1]]).reshape(-1, len(BONES))
-"""Matrix (15 P, 16) from slopes of bones to slopes of the difference between left and right mean lengths."""
+"""Matrix (15 P, 16) from derivatives of bones to derivatives of left minus right mean lengths."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Tolerances:
-    """Tolerances of constant and symmetric bones.
+    """Tolerances for changes of a bone's length, and for differences between left and right bones.
 
     Attributes
     ----------
@@ -110,7 +113,7 @@ class Posterior:
 
 
 class Lengths:
-    """Length terms of J and their derivatives, for n observations with the same visible joints.
+    """Length terms of the cost J and their derivatives, for n observations with the same visible joints.
 
     Parameters
     ----------
@@ -146,12 +149,15 @@ class Lengths:
         self._pair_weight = np.broadcast_to(1.0 / limits.pairs**2, (n, len(PAIRS)))
 
     def _along(self, walkers: np.ndarray) -> np.ndarray:
-        """Return bone vectors (n, 16, a, K) at the phases along a axes, from coefficients (n, 15, a, B)."""
+        """Return bone vectors (n, 16, a, K) at K phases along a axes, from coefficients (n, 15, a, B)."""
         bones = ENDS @ walkers.reshape(len(walkers), JOINTS, -1)
         return bones.reshape(len(walkers), len(BONES), -1, self._blocks) @ self._basis.T
 
     def _length_terms(self, u: np.ndarray, which: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Return length terms, directions (m, 16, a, K) and lengths (m, 16, K) of bones, and half the terms' slopes."""
+        """Return length terms (m,), bone directions (m, 16, a, K) and lengths (m, 16, K), and half the slopes.
+
+        The slopes (m, 16, K) are the derivatives of the terms by the lengths.
+        """
         walkers = self._start[which]
         walkers.reshape(len(u), -1)[:, self._rows] = u
         along = self._along(walkers)
@@ -164,13 +170,19 @@ class Lengths:
         return cost, along / length[:, :, None], length, pull
 
     def slope(self, u: np.ndarray, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the length terms (m,) of unknowns (m, U) of some observations (m,), and half their gradient (m, U)."""
+        """Return the length terms (m,) at the unknowns (m, U) of selected observations, and half their gradient.
+
+        `which` has the indices (m,) of the observations; the gradient has the shape (m, U).
+        """
         cost, direction, _, pull = self._length_terms(u, which)
         of_bones = (pull[:, :, None] * direction) @ self._basis
         return cost, (ENDS.T @ of_bones.reshape(len(u), len(BONES), -1)).reshape(len(u), -1)[:, self._rows]
 
     def matrix(self, u: np.ndarray, which: np.ndarray, *, exact: bool = False) -> np.ndarray:
-        """Return half the second derivatives (m, U, U): Gauss-Newton, or exact with the lengths' curvature."""
+        """Return half the second derivatives (m, U, U) of the length terms.
+
+        They are those of Gauss-Newton, or exact, with the curvature of the lengths.
+        """
         _, direction, length, pull = self._length_terms(u, which)
         n, a = len(u), direction.shape[2]
         size, weight = a * self._blocks, self._weight[which]
@@ -233,7 +245,7 @@ def fit_lengths(
     expected = conditional.expect(observed).reshape(n, -1)
 
     def slope(u: np.ndarray, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return J and half its gradient."""
+        """Return the cost J and half its gradient."""
         off = u - expected[which]
         pull = np.empty_like(off)
         ends = np.searchsorted(of_view[which], np.arange(views + 1))  # rows of a view are adjacent
@@ -294,6 +306,9 @@ def fit_lengths(
 
 
 def _solve(matrix: np.ndarray, right: np.ndarray) -> Any:
-    """Return the solution of a system, or None if it is not positive definite; the matrix is overwritten."""
+    """Return the solution of a linear system, or None if its matrix is not positive definite.
+
+    The matrix is overwritten.
+    """
     _, solution, failed = lapack.dposv(matrix.T, right, lower=1, overwrite_a=1)
     return None if failed else solution

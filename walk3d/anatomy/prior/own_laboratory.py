@@ -1,4 +1,4 @@
-"""Prior of other laboratories for a walker of one's own laboratory, calibrated on some of its other people.
+"""Prior learnt from other laboratories, calibrated for a walker on people of the walker's laboratory.
 
 The height of a walker is seen from every side, so prior and known people are scaled to it.  The known people and their
 mirror images then show where the laboratory places its joints.
@@ -18,24 +18,24 @@ from walk3d.anatomy.prior.laboratories import Differences, unfamiliar
 from walk3d.anatomy.prior.prior import Prior, Shrinkage, by_block, by_joint, structured_covariance
 
 INSTANTS = 40
-"""Number of instants of the cycle at which a height is measured."""
+"""Number of instants of the gait cycle at which the height of a walker is measured."""
 WEIGHT_OF_OTHERS = 0.5
-"""Weight of a person of another laboratory, relative to one of the own laboratory.
+"""Weight of a person of another laboratory, relative to a person of the walker's laboratory.
 
 It was chosen between 1 and a half: with eight of CMU's adults known to a model of children, bars of 95 % cover 97.2 and
 96.5 % of the truth.
 """
 OF_HEIGHT = (WALKER15.index("head"), *ANKLES)
-"""Joints from which a height is measured."""
+"""Joints from which the height of a walker is measured."""
 
 
 def height_mm(walker: np.ndarray) -> float:
-    """Return the height of the head's centre above the ankles, mm, of a walker (1 + 2H, 15, 3)."""
+    """Return the height, mm, of the head's centre above the ankles of a walker (1 + 2H, 15, 3)."""
     return walking.stature(fourier.synthesise(walker, 1.0, np.arange(INSTANTS) / INSTANTS))
 
 
 def scaled(prior: Prior, ratio: float) -> Prior:
-    """Return the prior of people who are `ratio` times as tall."""
+    """Return the prior of people who are `ratio` times as tall as those of a prior."""
     square = ratio**2
     return replace(
         prior,
@@ -47,14 +47,14 @@ def scaled(prior: Prior, ratio: float) -> Prior:
 
 
 def truncated(prior: Prior, blocks: int) -> Prior:
-    """Return the prior of the first coefficients of each coordinate, `blocks` of them."""
+    """Return the prior of the first `blocks` Fourier coefficients of each coordinate."""
     covariance = np.ascontiguousarray(prior.covariance[:, :, :blocks, :, :, :blocks])
     return replace(prior, mean=prior.mean[..., :blocks], covariance=covariance)
 
 
 @shortened
 class Learnt:
-    """Prior of other laboratories.
+    """Prior learnt from laboratories other than the walker's own.
 
     Attributes
     ----------
@@ -73,7 +73,7 @@ class Learnt:
 def calibrated(
     learnt: Learnt, walker_mm: float, known: Sequence[np.ndarray], heights_mm: Sequence[float]
 ) -> Prior:
-    """Return the prior for a walker of a laboratory with some known people.
+    """Return the prior for a walker of a laboratory in which the walks of some people are known.
 
     Parameters
     ----------

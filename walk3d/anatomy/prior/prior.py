@@ -25,7 +25,7 @@ from pipeline.validation import require_finite
 JOINTS = len(WALKER15.joints)
 
 BONES = np.array((*WALKER15.bones, (9, 12), (2, 5)))
-"""Bones (16, 2) as parent and child: those of the tree, then hip to hip and shoulder to shoulder."""
+"""Bones (16, 2) as parent and child: bones of the joint tree, then hip to hip and shoulder to shoulder."""
 
 
 def _pairs() -> np.ndarray:
@@ -35,12 +35,12 @@ def _pairs() -> np.ndarray:
 
 
 PAIRS = _pairs()
-"""Pairs (P, 2) of left and right bones that are mirror images, as rows of `BONES`."""
+"""Pairs (P, 2) of left and right bones that are mirror images, as row indices of `BONES`."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Shrinkage:
-    """Shrinkage of the sample covariance, needed for few people.
+    """Shrinkage of the sample covariance, which few people require.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class Shrinkage:
 
 @shortened
 class Prior:
-    """Mean and covariance of walkers, and the variation of their bones.
+    """Mean and covariance of walkers, and the variation of bone lengths.
 
     Attributes
     ----------
@@ -86,23 +86,23 @@ class Prior:
 
     @cached_property
     def by_axis(self) -> np.ndarray:
-        """Covariance (45 B, 45 B), ordered by axis."""
+        """Covariance (45 B, 45 B), mm², ordered by axis, then by joint and coefficient."""
         n = self.mean.size
         return np.ascontiguousarray(self.covariance.transpose(1, 0, 2, 4, 3, 5)).reshape(n, n)
 
 
 def by_joint(coefficients: np.ndarray) -> np.ndarray:
-    """Return coefficients by joint (…, 15, S, 1 + 2H) of Fourier representations (…, 1 + 2H, 15, S)."""
+    """Return Fourier coefficients ordered by joint, (…, 15, S, 1 + 2H), of representations (…, 1 + 2H, 15, S)."""
     return np.ascontiguousarray(np.moveaxis(coefficients, -3, -1))
 
 
 def by_block(walkers: np.ndarray) -> np.ndarray:
-    """Return Fourier representations (…, 1 + 2H, 15, S) of coefficients by joint; the inverse of `by_joint`."""
+    """Return Fourier representations (…, 1 + 2H, 15, S) of coefficients ordered by joint; inverse of `by_joint`."""
     return np.ascontiguousarray(np.moveaxis(walkers, -1, -3))
 
 
 def mirror_image(walkers: np.ndarray) -> np.ndarray:
-    """Return mirror images of walkers (…, 15, S, B): left and right exchanged, shifted by half a cycle."""
+    """Return mirror images of walkers (…, 15, S, B): left and right are exchanged, half a cycle later."""
     return by_joint(fourier.mirrored(by_block(walkers)))
 
 
@@ -119,7 +119,7 @@ def person_weights(people: np.ndarray) -> np.ndarray:
 
 
 class Walks:
-    """Training walks (R, 1 + 2H, 15, 3), mm; quantities that all selections of walks share are computed once.
+    """Training walks (R, 1 + 2H, 15, 3), mm. Quantities that all selections of walks share are computed once.
 
     Raises
     ------
@@ -137,8 +137,9 @@ class Walks:
         self._asymmetry = (length[..., PAIRS[:, 0]] - length[..., PAIRS[:, 1]]) ** 2
 
     def centred(self, some: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the weighted mean (45 B,) of selected walks, rows (N, 45 B) with ``S = rows^T rows``, and weights
-        (N,).
+        """Return the weighted mean (45 B,) of selected walks, the scaled deviations from it, and the weights (N,).
+
+        The deviations are rows (N, 45 B) with ``S = rows^T rows``.
 
         Walks are selected by number, (n,); their weights (n,) sum to one, and there are at least two.  The returned
         weights are of the walks and their mirror images.  Other walks have no influence.
@@ -152,7 +153,7 @@ class Walks:
         return mean, rows, w
 
     def fit(self, some: np.ndarray, weights: np.ndarray, shrinkage: Shrinkage) -> Prior:
-        """Return the prior of selected walks (n,) with weights (n,), see `centred`."""
+        """Return the prior of the walks with the indices (n,) and the weights (n,), see `centred`."""
         blocks = self._blocks
         mean, rows, w = self.centred(some, weights)
         C = structured_covariance(rows.T @ rows, blocks, shrinkage)
@@ -168,13 +169,16 @@ class Walks:
 
 
 def fit(coefficients: np.ndarray, weights: np.ndarray, shrinkage: Shrinkage) -> Prior:
-    """Return the prior of walks (R, 1 + 2H, 15, 3) with weights (R,)."""
+    """Return the prior learnt from walks (R, 1 + 2H, 15, 3), mm, with weights (R,)."""
     walks = Walks(coefficients, mirror=shrinkage.mirror)
     return walks.fit(np.arange(len(coefficients)), weights, shrinkage)
 
 
 def within_harmonics(covariance: np.ndarray, blocks: int) -> np.ndarray:
-    """Return T of a covariance (n, n): for each harmonic the mean of its sine and cosine blocks, zero between them."""
+    """Return T of a covariance (n, n): its part within each harmonic, with equal sine and cosine blocks.
+
+    Both blocks are the mean of the sine and the cosine block; all other blocks are zero.
+    """
     restricted = np.zeros_like(covariance)
     _add_within_harmonics(restricted, covariance, blocks, 1.0)
     return restricted
@@ -191,7 +195,7 @@ def _add_within_harmonics(target: np.ndarray, covariance: np.ndarray, blocks: in
 
 
 def structured_covariance(covariance: np.ndarray, blocks: int, shrinkage: Shrinkage) -> np.ndarray:
-    """Return the shrunken covariance C of a sample covariance S (n, n).
+    """Return the covariance C (n, n) that results from shrinking a sample covariance S (n, n).
 
     The coefficients of a coordinate, `blocks` of them, are adjacent.
     """
@@ -204,7 +208,7 @@ def structured_covariance(covariance: np.ndarray, blocks: int, shrinkage: Shrink
 
 
 def conditioned_on_rows(prior: Prior, rows: np.ndarray, variances: np.ndarray) -> Prior:
-    """Return a prior in which linear functionals are constrained to their values at the mean.
+    """Return a prior in which linear functionals are constrained to their values for the mean walker.
 
     Parameters
     ----------
@@ -223,7 +227,10 @@ def conditioned_on_rows(prior: Prior, rows: np.ndarray, variances: np.ndarray) -
 
 
 PHASES = 20
-"""Phases of the cycle at which lengths are computed: more than twice the harmonics of a squared length."""
+"""Number of phases of the cycle at which bone lengths are computed.
+
+It is more than twice the number of harmonics of a squared length.
+"""
 
 
 def bone_lengths(walkers: np.ndarray) -> np.ndarray:
@@ -234,7 +241,7 @@ def bone_lengths(walkers: np.ndarray) -> np.ndarray:
 
 
 def image_axes(view_angles_rad: np.ndarray) -> np.ndarray:
-    """Return rotations (A, 3, 3) from the walker's axes to across, up and away.
+    """Return rotations (A, 3, 3) from the walker's axes to the image axes across, up and away.
 
     Examples
     --------

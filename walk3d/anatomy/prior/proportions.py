@@ -1,4 +1,6 @@
-"""Constraint that all people have the average walker's proportions at any size, included in the prior.
+"""Constraint that all people have the proportions of the average walker but may differ in size.
+
+The constraint becomes a part of the prior.
 
 Symbols
 -------
@@ -19,7 +21,7 @@ from walk3d.anatomy.prior.prior import BONES, JOINTS, PHASES, Prior, conditioned
 
 
 def proportion_rows(mean: np.ndarray) -> np.ndarray:
-    """Return the rows R (16, 45 B): derivative of the proportions by the coefficients of a walker.
+    """Return the derivatives R (16, 45 B) of the body proportions by the coefficients of a walker.
 
     Parameters
     ----------

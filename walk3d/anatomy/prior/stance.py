@@ -1,4 +1,4 @@
-"""Linear constraint that a standing foot moves with the belt, included in the prior.
+"""Linear constraint that a foot on the ground moves with the treadmill's belt, as a part of the prior.
 
 Symbols
 -------
@@ -17,13 +17,13 @@ from pipeline.skeleton import ANKLES
 from walk3d.anatomy.prior.prior import JOINTS, PHASES, Prior, by_joint, conditioned_on_rows
 
 STANCE_PHASES = 8
-"""Number of phases of stance, when an ankle moves backwards fastest: 40 % of the cycle."""
+"""Number of phases in stance, 40 % of the cycle: those in which the ankle moves backwards fastest."""
 _MIN_VARIANCE = 25.0
-"""Smallest variance of a row, (mm per radian)²."""
+"""Smallest variance of a stance functional, (mm per radian)²."""
 
 
 def stance_rows(mean: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return linear functionals that are near zero because standing feet move with the ground, and its speed.
+    """Return functionals that are near zero if standing feet move with the ground, and the ground's speed.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def stance_rows(mean: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def with_stance(prior: Prior, coefficients: np.ndarray, weights: np.ndarray, *, share: float) -> Prior:
-    """Return a prior with the stance constraint of its training walks (R, 1 + 2H, 15, 3)."""
+    """Return a prior with the stance constraint, whose variance comes from training walks (R, 1 + 2H, 15, 3)."""
     rows, _ = stance_rows(prior.mean)
     values = by_joint(coefficients).reshape(len(coefficients), -1) @ rows.T
     spread = weights @ (values - weights @ values) ** 2 + _MIN_VARIANCE

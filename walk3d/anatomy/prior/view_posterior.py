@@ -1,4 +1,4 @@
-"""Posterior of the view angle given the image: marginal likelihood over the whole circle, and its modes.
+"""Posterior of the view angle given the image: marginal likelihood over the full circle, and its modes.
 
 Symbols
 -------
@@ -22,16 +22,16 @@ from walk3d.anatomy.prior.conditional import Noise, heights_seen
 from walk3d.anatomy.prior.prior import Prior, mirror_image
 
 FINE = 8
-"""Number of angles of the interpolated posterior for each candidate."""
+"""Number of angles of the interpolated posterior per candidate angle."""
 
 
 def circle(count: int) -> np.ndarray:
-    """Return candidate angles (G,) over the whole circle from -pi; `count` is even."""
+    """Return `count` candidate angles (G,) that cover the full circle from -pi; `count` is even."""
     return -np.pi + 2.0 * np.pi * np.arange(count) / count
 
 
 def view_costs(prior: Prior, observed: np.ndarray, candidates: int, *, noise: Noise) -> np.ndarray:
-    """Return J (n, G) of observations at the angles of `circle`.
+    """Return the costs J (n, G) of n observations at the angles of `circle`.
 
     Parameters
     ----------

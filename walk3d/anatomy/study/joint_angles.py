@@ -1,4 +1,4 @@
-"""Errors of joint angles for every walker and known view over one cycle: zhang2007 4.2, in degrees.
+"""Errors of joint angles, degrees, of every walker from every known view over one cycle: zhang2007 4.2.
 
 The comparison uses the periodic Fourier part of the walk; the rest is part of the errors of `known_view`.
 """
@@ -26,7 +26,7 @@ from walk3d.anatomy.joint_angles import JOINT_ANGLES, angle_errors, flexion, joi
 
 @dataclass(frozen=True)
 class JointAngleErrors:
-    """Errors of joint angles of reconstructed walks by view, and the angles of one walker for display.
+    """Errors of the joint angles of reconstructed walks by view, and the angles of one displayed walker.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class JointAngleErrors:
 
 
 class JointAngles(Sweep):
-    """Joint angles of reconstructions at a known view angle."""
+    """Joint angles of walks that are reconstructed at a known view angle."""
 
     view_angle_deg: Swept = scaled(start=-90, stop=90, step={"full": 6, "smoke": 90})  # true views
     methods: Methods = [*PUBLISHED, "anatomical"]  # methods to compare
@@ -73,7 +73,7 @@ class JointAngles(Sweep):
         return replace(self, methods=list(dict.fromkeys([*self.methods, *names])))
 
     def modules(self) -> list[str]:
-        """Return the modules of the sweep's methods."""
+        """Return the modules that implement the methods of the sweep."""
         return methods.modules(self.methods)
 
     def measure(self, inputs: SweepInputs[Walks, FourierSamples, Eigenwalkers]) -> JointAngleErrors:
@@ -86,7 +86,7 @@ class JointAngles(Sweep):
         prepared = {method.name: method.prepared(data) for method in compared}
 
         def motions(r: int, angles_deg: np.ndarray) -> np.ndarray:
-            """Return the reconstructed joints (M, A, T, 15, 3) of a walker."""
+            """Return the reconstructed joints (M, A, T, 15, 3) of a walker: M methods, A views, T instants."""
             view = np.radians(angles_deg)
             fold, walk = methods.held_out(data, model, r, self.noise_variance_mm2)
             missing = np.stack(

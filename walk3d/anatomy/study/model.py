@@ -1,4 +1,4 @@
-"""Anatomical prior of walkers as a model: mirror images, constant bones, left and right alike."""
+"""Anatomical prior of walkers as a model: mirror images, and bones of constant, symmetric length."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from walk3d.anatomy.prior import Noise, Prior, Shrinkage, fit, person_weights
 
 @dataclass(frozen=True)
 class AnatomicalWalkers:
-    """Prior of the whole population, and the walk of each person that is reconstructed.
+    """Prior of the whole population, and the tested walk of each person.
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ AnatomicalInputs = SweepInputs[object, FourierSamples, AnatomicalWalkers]
 
 
 class AnatomicalModel(Model):
-    """Mean and covariance of all walks of all people, with mirror images and shrinkage, and tolerances of bones."""
+    """Mean and covariance of all walks of all people, with mirror images, shrinkage and bone tolerances."""
 
     dataset = FourierDataset
 
@@ -97,7 +97,7 @@ class AnatomicalModel(Model):
         return self.population(dataset)
 
     def population(self, dataset: FourierSamples) -> AnatomicalWalkers:
-        """Return the prior of all people, with the walk of each person that two harmonics describe best."""
+        """Return the prior of all people, and the walk of each person that two harmonics describe best."""
         if dataset.frequency:
             raise InvalidInput(
                 "the anatomical prior does not model the stride frequency",

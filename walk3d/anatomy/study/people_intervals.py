@@ -1,4 +1,4 @@
-"""Intervals over people, by resampling: variation of a mean, or of a difference between methods."""
+"""Confidence intervals of a mean, or of a difference between methods, from resampled people."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pipeline.seeding import derive_generator
 
 
 class PeopleResampled:
-    """Resamples of P people, the same for every quantity, so that differences are paired.
+    """Resamples of P people. Every quantity uses the same resamples, so differences are paired.
 
     Results are columns: the name, and with ``_low`` and ``_high`` the ends of its 95 % interval.
 
@@ -26,18 +26,21 @@ class PeopleResampled:
         self._weights = bootstrap.resampling_weights(people, derive_generator(seed, "people")) / people
 
     def mean(self, values: np.ndarray | pd.Series, name: str) -> dict[str, float]:
-        """Return the mean over people of values (P,), with its interval."""
+        """Return the mean of values (P,) over people, with its 95 % interval."""
         return _columns(name, np.mean(values), self._weights @ np.asarray(values))
 
     def reduction_percent(self, of: np.ndarray, than: np.ndarray, name: str) -> dict[str, float]:
-        """Return the reduction of a mean (P,) relative to that of another method, per cent, with its interval."""
+        """Return the reduction, %, of a method's mean error relative to another method's, with its 95 % interval.
+
+        Each method has one value per person, (P,).
+        """
         resampled = 100.0 * (1.0 - (self._weights @ of) / (self._weights @ than))
         return _columns(name, 100.0 * (1.0 - of.mean() / than.mean()), resampled)
 
     def means(
         self, rows: pd.DataFrame, by: Sequence[str], banded: str, further: Sequence[str] = ()
     ) -> pd.DataFrame:
-        """Return a table of group means: one column with its interval, and further columns.
+        """Return a table of group means: one column with its interval, and further columns without intervals.
 
         `rows` has one row for each person and group.
         """

@@ -24,7 +24,7 @@ from walk3d.anatomy.study.sweeps.ladder import STYLES
 Inputs = FigureInputs[FourierSamples, AnatomicalWalkers, Bars]
 
 _PLAYED_HZ = 25.0
-"""Frame rate of the recording."""
+"""Frame rate of the recording, Hz."""
 _SHARP: dict[str, Any] = {
     "x": "covered_percent", "abscissa": Axis(label="covered by 95 % bars as computed"),
     "y": "half_width_mm", "label": "half width, calibrated",
@@ -38,7 +38,9 @@ class BarCoverage(Figure):
     sweep = Coverage
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table`` by method, bars and level, and tables of 95 % bars by view, joint group and walker.
+        """Return ``table`` by method, kind of error bar and level, and further tables of the 95 % error bars.
+
+        The further tables are by view, joint group and walker.
 
         ``table_walkers_views`` and ``table_walkers_joints`` have each walker, for the calibrated anatomical bars only.
         """
@@ -63,7 +65,10 @@ class BarCoverage(Figure):
         return tables
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Return charts of reliability as computed and calibrated, and of coverage and width of 95 % bars."""
+        """Return charts of the reliability, coverage and width of error bars.
+
+        Reliability is shown for error bars as computed and as calibrated; coverage and width for 95 % error bars.
+        """
         styles = {name: STYLES[name] for name in METHODS}
         by_method = partial(Chart, by="method", styles=styles)
         covered = partial(by_method, y="covered_percent", label="covered by 95 % bars")
@@ -110,7 +115,7 @@ class BarCoverage(Figure):
         )
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Record one walker: truth, most probable reconstruction and samples of the posterior."""
+        """Record one walker: ground truth, most probable reconstruction and samples of the posterior."""
         sweep, data = inputs.sweep, inputs.dataset
         sample = inputs.model.tested[sweep.sample_person]
         walker = data.coefficients[sample]

@@ -1,4 +1,4 @@
-"""Figure on errors of joint angles by view angle, in degrees, in the style of zhang2007 figure 5."""
+"""Figure on the errors of joint angles against the view angle, in the style of zhang2007 figure 5."""
 
 from __future__ import annotations
 
@@ -24,14 +24,16 @@ Inputs = FigureInputs[FourierSamples, Eigenwalkers, JointAngleErrors]
 
 
 class JointAngleFigure(Figure):
-    """Errors of hip, knee, shoulder and elbow flexion by view angle."""
+    """Errors of hip, knee, shoulder and elbow flexion against the view angle."""
 
     model = EigenwalkersModel
     sweep = JointAngles
     traits = Traits(over_people=("table_walkers",), ranked_by=("table_walkers", "rmse_deg"))
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table`` (method, angle and view, over walkers) and ``table_walkers`` (each walker, over views).
+        """Return ``table``, means over walkers, and ``table_walkers``, means over views.
+
+        ``table`` has a row for each method, angle and view; ``table_walkers`` has rows for each walker.
 
         Walkers with an unmeasured joint of an angle are left out of it.  ``table_summary`` has mean, median and worst
         walker, over all views.
@@ -55,7 +57,7 @@ class JointAngleFigure(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Return a column of charts for each angle: its error, and the error without the constant offset."""
+        """Return a column of two charts for each joint angle: its error with and without the constant offset."""
         angles = [angle for angle in JOINT_ANGLES if (tables["table"]["angle"] == angle).any()]
         styles = methods.styles(inputs.sweep.methods.tolist())
         view = VIEW | {"abscissa": Axis(ticks=45)}
@@ -78,7 +80,7 @@ class JointAngleFigure(Figure):
         )
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Record one walker over a cycle, original and reconstructed, with joint angles."""
+        """Record one walker over a cycle, original and reconstructed, with the joint angles."""
         sweep, names = inputs.sweep, inputs.sweep.methods.tolist()
         styles = methods.styles(names)
         count = len(sweep.shown_angle_rad[0])

@@ -1,4 +1,4 @@
-"""Figure on people of laboratories outside the training data, with learning curves by people and laboratories."""
+"""Figure on people whose laboratory is not in the training data, with learning curves."""
 
 from __future__ import annotations
 
@@ -30,14 +30,17 @@ LEFT_OUT = {PERSON: "person", LABORATORY: "laboratory"}
 
 
 class LearningCurves(Figure):
-    """Errors and bars across laboratories, and by the number of training people and laboratories."""
+    """Errors and error bars when training and test laboratory differ, and learning curves.
+
+    The learning curves show the errors against the number of people and laboratories in training.
+    """
 
     model = AnatomicalModel
     sweep = Laboratories
     traits = Traits(timeline="people")
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table`` by number of training people, and ``table_sources`` by laboratory, training data and method.
+        """Return the learning curves ``table``, and ``table_sources`` by laboratory, training data and method.
 
         ``table_walkers`` has each walker of ``table_sources``.  ``table_summary`` is over all people, with the person
         or the laboratory left out.
@@ -57,7 +60,7 @@ class LearningCurves(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Return charts of errors by number of training people, of the variance spanned, and of bars by laboratory."""
+        """Return charts of errors and spanned variance against training people, and of error bars by laboratory."""
         curve = partial(
             Chart, x="people", y="absolute_error_mm2", by="method", styles=CURVES, zero=True,
             abscissa=Axis(label="people learnt from"), label="mean square error",

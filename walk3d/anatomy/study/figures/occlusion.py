@@ -40,8 +40,9 @@ class HiddenJointErrors(Figure):
     traits = Traits(timeline="view_angle_deg")
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table`` by hidden joints, method and view, ``table_hidden`` over views, and tables of bars and
-        walkers.
+        """Return the errors by hidden joints, method and view, and tables of views, error bars and walkers.
+
+        ``table_hidden`` contains the means over all views.
 
         ``table_bars`` is over the three axes of the hidden joints; ``table_axes`` has each axis.
         """
@@ -86,7 +87,7 @@ class HiddenJointErrors(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Return charts of errors of hidden joints, coverage of their bars, and errors of visible joints."""
+        """Return charts of errors of hidden joints, coverage of their error bars, and errors of visible joints."""
         styles = {name: STYLES[name] for name in METHODS}
         distance = partial(
             Chart,

@@ -1,4 +1,4 @@
-"""Figure on the ablation of the anatomical reconstruction, to compare with zhang2007's figure 5."""
+"""Figure on the ablation of the anatomical reconstruction, comparable with zhang2007's figure 5."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from walk3d.anatomy.study.sweeps.structure import Structure, StructureErrors
 Inputs = FigureInputs[FourierSamples, AnatomicalWalkers, StructureErrors]
 
 BASELINE = "map_tuned"
-"""Method with which the others are compared."""
+"""Baseline method of the comparisons."""
 
 SHOWN = {name: style for name, style in STYLES.items() if METHODS[name].part}
 
@@ -36,7 +36,10 @@ class StructureLadder(Figure):
     traits = Traits(sequence="seen_from_deg", timeline="view_angle_deg")
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table`` by method and view, ``table_ladder`` by method, and ``table_walkers`` by walker."""
+        """Return errors by method and view (``table``), by method (``table_ladder``) and by walker.
+
+        The table by walker is ``table_walkers``.
+        """
         model = inputs.model
         people = PeopleResampled(len(model.people), inputs.experiment.seed)
         by_view = {  # errors of each method, people by views
@@ -80,7 +83,10 @@ class StructureLadder(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Return charts of the error by view, of every step with its interval, and of each person against MAP."""
+        """Return charts of the error by view, of every ablation step, and of each person's error against MAP's.
+
+        The errors of the ablation steps have intervals.
+        """
         error = partial(Chart, y="absolute_error_mm2", by="method", label="mean square error")
         step = partial(error, table="table_ladder", x="method")
         walkers = tables["table_walkers"].pivot(index="walker", columns="method", values="absolute_error_mm2")

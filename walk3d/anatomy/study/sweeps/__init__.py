@@ -1,1 +1,1 @@
-"""Sweeps of the anatomical reconstruction: ablation, coverage of bars, hidden joints, other laboratories."""
+"""Sweeps of the anatomical reconstruction: ablation, error bars, hidden joints, other laboratories."""

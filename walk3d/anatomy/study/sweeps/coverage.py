@@ -1,4 +1,4 @@
-"""Coverage of error bars of every method, as computed and as calibrated on other people."""
+"""Coverage of the error bars of every method, as computed and as calibrated on other people."""
 
 from __future__ import annotations
 
@@ -26,18 +26,18 @@ from walk3d.anatomy.study.sweeps.setting import anatomical_setting, approach_two
 
 METHODS = ("least_squares", "map_70", "map_tuned", "anatomical")
 COMPONENTS = 30
-"""Number of eigenwalkers of least squares [zhang2007 4.1]."""
+"""Number of eigenwalkers for reconstruction by least squares [zhang2007 4.1]."""
 SAMPLE_VIEW_DEG, SAMPLES = 30.0, 12
-"""View whose posterior is sampled, and number of samples."""
+"""View, degrees, for which the posterior is sampled, and number of samples."""
 _MIN_SD_MM = 1e-6
 LEVELS = np.array([0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99])
 LEVEL_95 = 10
-"""Levels of the bars, and the index of 95 % among them."""
+"""Index of the level of 95 % in `LEVELS`, the levels of the error bars."""
 
 
 @dataclass(frozen=True)
 class Bars:
-    """Coverage and half widths of every method's bars, for errors at instants in the missing dimension.
+    """Coverage and half-widths of every method's error bars at instants in the missing dimension.
 
     Attributes
     ----------
@@ -60,7 +60,7 @@ class Bars:
 
 
 class Coverage(Sweep):
-    """Error bars at known view angles."""
+    """Error bars of walks that are reconstructed at known view angles."""
 
     draws_random_numbers = True
 
@@ -68,7 +68,7 @@ class Coverage(Sweep):
     partners: Choosers = scaled(value=PARTNERS)  # number of other people for the selection of sigma² of MAP
 
     def measure(self, inputs: AnatomicalInputs) -> Bars:
-        """Return coverage and half widths of every method's bars."""
+        """Return the coverage and the half-widths of every method's error bars."""
         view_deg = self.seen_from_deg.values("sweep.seen_from_deg")
         view = np.radians(view_deg)
         people = People(inputs.dataset, inputs.model)
@@ -89,7 +89,7 @@ class Coverage(Sweep):
         rows: dict[str, list[dict[str, object]]] = {"levels": [], "views": [], "joints": []}
 
         def add(name: str, error: np.ndarray, half: np.ndarray, **keys: object) -> None:
-            """Add a row for each person, from numbers (P, …)."""
+            """Add a row for each of P people from errors and half-widths (P, …)."""
             covered = (error <= half).reshape(people.count, -1).mean(axis=1)
             for p, who in enumerate(inputs.model.people):
                 cells = {"covered_percent": 100.0 * covered[p], "half_width_mm": half[p].mean()}
@@ -140,7 +140,10 @@ class Coverage(Sweep):
 
 
 def least_squares_bars(people: People, person: int, view: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return errors and standard deviations (A, 15, K) of approach I: residual variance times (E^T E)^-1."""
+    """Return errors and standard deviations (A, 15, K), mm, of reconstructions by approach I.
+
+    The covariance is the residual variance times (E^T E)^-1.
+    """
     tested = people.model.tested
     others = np.delete(tested, person)
     rows = anatomical.by_joint(people.data.coefficients[others][:, :5]).reshape(len(others), -1)

@@ -1,4 +1,4 @@
-"""Held-out people, priors that are trained without them, and reconstructions from many views.
+"""Held-out people, priors trained without these people, and their reconstructions from many views.
 
 A prior with mirror images is symmetric.  A walker and its mirror image, both seen from the right, are therefore
 equivalent to the walker seen from both sides, and half of the views are enough.
@@ -25,20 +25,23 @@ from walk3d.anatomy.study.model import AnatomicalWalkers
 from walk3d.anatomy.study.sweeps.setting import Setting, approach_two
 
 CANDIDATES = 72
-"""Number of angles over the circle at which the likelihood of a view is computed."""
+"""Number of angles on the full circle at which the likelihood of the view angle is computed."""
 PHASES = 8
-"""Number of instants of the cycle at which bars are compared with errors."""
+"""Number of instants of the gait cycle at which error bars are compared with errors."""
 
 BARS = ("as computed", "calibrated")
-"""Kinds of error bars: of the normal distribution, and with multipliers calibrated on other people."""
+"""Kinds of error bars: those of a normal distribution, and those scaled by calibration on other people."""
 NOISE_VARIANCES_MM2 = (70.0, 150.0, 300.0, 500.0, 700.0, 1000.0, 1500.0)
 """Candidates for sigma² of MAP; the study of hidden joints leaves out the first and the last."""
 
 NORMAL_95 = 1.959963984540054
-"""Half width of the 95 % interval of a normal distribution, standard deviations."""
+"""Half-width of the 95 % interval of a normal distribution, in standard deviations."""
 
 CHOOSING_VIEWS_DEG = (0.0, 30.0, 60.0, 90.0)
-"""Views at which settings are selected, one for each pair of people; right views suffice for a symmetric prior."""
+"""View angles at which settings are selected; each pair of people is tested at one of these angles.
+
+Views from the right suffice, because the prior is symmetric.
+"""
 
 
 @dataclass(frozen=True)
@@ -90,12 +93,12 @@ class People:
         return np.einsum("aj,kjb->akb", away, anatomical.by_joint(self.walker(person)))
 
     def in_image_axes(self, person: int, view_rad: np.ndarray) -> np.ndarray:
-        """Return the coefficients (A, 15, 3, 1 + 2H) of a person across, up and away, mm."""
+        """Return the coefficients (A, 15, 3, 1 + 2H) of a person in the image axes across, up and away, mm."""
         walker = anatomical.by_joint(self.walker(person))
         return np.einsum("aij,kjb->akib", anatomical.image_axes(view_rad), walker)
 
     def beyond_in_space(self, person: int, view_rad: np.ndarray) -> np.ndarray:
-        """Return the power (A, 15, 3) across, up and away outside the Fourier series, mm²."""
+        """Return the power (A, 15, 3), mm², outside the Fourier series, in the image axes across, up and away."""
         axes = anatomical.image_axes(view_rad)
         covariance = self.data.residual_covariance[self.model.tested[person]]
         return np.einsum("aij,kjl,ail->aki", axes, covariance, axes)
@@ -103,7 +106,10 @@ class People:
     def training(
         self, setting: Setting, without: Iterable[int]
     ) -> tuple[anatomical.Walks, np.ndarray, np.ndarray]:
-        """Return all walks for a setting, and numbers (n,) and weights (n,) of those without some people."""
+        """Return all walks in the form that a setting needs, and indices (n,) and weights (n,) of the training walks.
+
+        The training walks are those of everyone except the people in `without`.
+        """
         selected = ~np.isin(self._person, list(without))
         if not setting.all_walks:
             selected &= np.isin(np.arange(len(selected)), self.model.tested)
@@ -114,7 +120,10 @@ class People:
         return self._walks[key], walks, anatomical.person_weights(self.data.person[walks])
 
     def learn(self, setting: Setting, without: Iterable[int], known: Iterable[int] = ()) -> Prior:
-        """Return the prior trained without some people; walks of `known` people show their laboratory's differences."""
+        """Return the prior trained without some people.
+
+        The walks of the `known` people determine the differences of their laboratory.
+        """
         learner, walks, weights = self.training(setting, without)
         prior = learner.fit(walks, weights, setting.shrinkage)
         coefficients = self.data.coefficients[walks, : 1 + 2 * setting.harmonics]
@@ -134,11 +143,14 @@ class People:
         return prior
 
     def fold(self, *without: int, known: tuple[int, ...] = ()) -> Fold:
-        """Return the fold without these people; walks of `known` people show how the tested laboratory differs."""
+        """Return the fold without some people.
+
+        The walks of the `known` people determine the differences of the tested laboratory.
+        """
         return Fold(self, without, known)
 
     def beyond(self, person: int, view_rad: np.ndarray, harmonics: int) -> np.ndarray:
-        """Return the power (A, 15) in the missing dimension beyond a number of harmonics, mm²."""
+        """Return the power (A, 15), mm², in the missing dimension above a number of harmonics."""
         power = errors.along_missing(self.data.residual_covariance[self.model.tested[person]], view_rad)
         more = self.missing(person, view_rad)[..., 1 + 2 * harmonics :]
         return power + 0.5 * (more**2).sum(axis=-1)
@@ -146,7 +158,7 @@ class People:
     # --- settings selected on other people -------------------------------------------------------------------
 
     def pairs(self, partners: int) -> list[tuple[int, int]]:
-        """Return pairs of people, neighbours on a circle, with each person in about `partners` pairs."""
+        """Return pairs of people who are neighbours on a circle; each person is in about `partners` pairs."""
         reach = min(max(partners // 2, 1), (self.count - 1) // 2)
         return [(i, (i + step) % self.count) for i in range(self.count) for step in range(1, reach + 1)]
 
@@ -158,7 +170,7 @@ class People:
         *,
         requested: np.ndarray | None = None,
     ) -> np.ndarray:
-        """Return mean errors (P, C) of candidate settings on other people than each person, mm².
+        """Return, for each of P people, the mean errors (P, C), mm², of C candidate settings on other people.
 
         The models are trained without that person and without the people in the test.  `requested` (P, C) bool selects
         the candidates of each person, by default all; the others are infinite.  Harmonics of the truth
@@ -198,7 +210,7 @@ class People:
         return total / times[:, None]
 
     def select(self, candidates: Sequence[Setting], partners: int, workers: int) -> list[Setting]:
-        """Return for each person the candidate with the smallest error on other people."""
+        """Return, for each person, the candidate with the smallest error on other people."""
         best = first_lowest(self.errors_on_others(candidates, partners, workers), axis=1)
         return [candidates[number] for number in best]
 
@@ -209,8 +221,7 @@ class People:
         partners: int,
         workers: int,
     ) -> list[Setting]:
-        """Return for each person the settings with the smallest errors on other people, selected one kind after the
-        other.
+        """Return, for each person, the settings with the smallest error on other people, selected one after another.
 
         There is one pass from a first setting: a kind is not selected again after later kinds have changed.
         """
@@ -238,13 +249,13 @@ class People:
         return best
 
     def tuned_map(self, noise_variances: Sequence[float], partners: int, workers: int) -> list[Setting]:
-        """Return MAP settings for each person, with the sigma² of the smallest error on other people."""
+        """Return MAP settings for each person, with the sigma² that has the smallest error on other people."""
         require_range("dataset.harmonics", self.harmonics, at_least=approach_two(0.0).harmonics)
         return self.select([approach_two(value) for value in noise_variances], partners, workers)
 
 
 class Fold:
-    """Models that are trained without some people; settings with the same training share a prior."""
+    """Models trained without some people. Settings that need the same training share a prior."""
 
     def __init__(self, people: People, without: tuple[int, ...], known: tuple[int, ...]) -> None:
         self._people, self._without, self._known = people, without, known
@@ -261,7 +272,7 @@ class Fold:
         return self._priors[learnt]
 
     def conditional(self, setting: Setting, view_rad: np.ndarray, hidden: np.ndarray) -> Conditional:
-        """Return the linear part of a setting for some views; the last result is cached."""
+        """Return the conditional of a setting for some views, without bone lengths; the last result is cached."""
         prior = self.prior(setting)
         key = (id(prior), setting.noise, view_rad.tobytes(), hidden.tobytes())
         if self._last_conditional is None or self._last_conditional[0] != key:
@@ -278,7 +289,7 @@ class Fold:
         hidden: np.ndarray = anatomical.NOTHING_HIDDEN,
         with_covariance: bool = False,
     ) -> list[Estimate]:
-        """Reconstruct walkers (M, 1 + 2H, 15, 3) from views (A,) with each of some settings.
+        """Reconstruct walkers (M, 1 + 2H, 15, 3) from A views, once with each setting.
 
         Settings that differ only in their tolerances of lengths are fitted together.
         """
@@ -348,7 +359,7 @@ class Fold:
     def bars(
         self, setting: Setting, person: int, view_rad: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return errors of the coefficients (A, 15, B), and errors with standard deviations at instants (A, 15, K)."""
+        """Return errors of coefficients (A, 15, B), and errors and standard deviations at K instants (A, 15, K)."""
         people, blocks = self._people, 1 + 2 * setting.harmonics
         (estimate,) = self.reconstruct([setting], people.walker(person)[None], view_rad, with_covariance=True)
         off = (estimate.true - estimate.estimated)[:, 0].reshape(len(view_rad), -1, blocks)
@@ -357,7 +368,7 @@ class Fold:
         return off, error, anatomical.deviation_at_instants(estimate.covariance[:, 0], blocks, PHASES)
 
     def errors(self, settings: Sequence[Setting], person: int, view_rad: np.ndarray) -> list[np.ndarray]:
-        """Return E_abs (A, 15) of a person in the missing dimension for each setting, mm² [zhang2007 4.1]."""
+        """Return E_abs (A, 15), mm², of a person in the missing dimension for each setting [zhang2007 4.1]."""
         walker = self._people.walker(person)[None]
         if not self._people.more_walks:  # `all_walks` then has no effect, so settings may coincide
             settings = [replace(setting, all_walks=True) for setting in settings]
@@ -380,12 +391,12 @@ class Fold:
 
 
 def mirrored_grid(view_rad: np.ndarray) -> bool:
-    """Return True if view angles are symmetric about the frontal view, and include it."""
+    """Return True if view angles are symmetric about the frontal view and include the frontal view."""
     return bool(np.allclose(view_rad, -view_rad[::-1], atol=1e-9) and len(view_rad) % 2)
 
 
 def require_mirrored_grid(name: str, grid: Grid) -> None:
-    """Require view angles that are symmetric about the frontal view, and include it."""
+    """Require that view angles are symmetric about the frontal view and include it."""
     values = grid.values(name)
     if not mirrored_grid(values):
         raise InvalidInput(
@@ -399,6 +410,6 @@ def require_mirrored_grid(name: str, grid: Grid) -> None:
 
 MirroredViews = Annotated[Grid, require_mirrored_grid]
 Choosers = Several
-"""Option type: number of other people for the selection of each person's settings."""
+"""Option type for the number of other people who are used to select each person's settings."""
 PARTNERS = {"full": 16, "smoke": 2}
-"""Number of other people for the selection of each person's settings, by scale."""
+"""Number of other people who are used to select each person's settings, by scale."""

@@ -1,4 +1,4 @@
-"""Errors and bars for people of laboratories outside the training data, and learning curves by number of people.
+"""Errors and error bars for people of laboratories outside the training data, and learning curves.
 
 Differences between laboratories are estimated from the training laboratories only, never from the tested one.
 """
@@ -33,24 +33,27 @@ from walk3d.anatomy.study.sweeps.setting import Setting, anatomical_setting
 from walk3d.anatomy.study.sweeps.structure import errors_of
 
 PERSON, LABORATORY = "all but the person", "all other laboratories"
-"""Kinds of training data for a person; each other laboratory alone is a further kind."""
+"""Kinds of training data for a person; each other laboratory alone is one further kind."""
 METHODS = ("average_walker", "map_tuned", "anatomical", "anybody")
-"""Methods; ``anatomical`` ignores differences between laboratories, ``anybody`` models them."""
+"""Methods: ``anatomical`` ignores differences between laboratories, ``anybody`` models these differences."""
 KNOWN_COUNTS = (1, 3, 8)
-"""Numbers of other people of the tested laboratory whose walks are known in 3D: methods ``anybody_k``."""
+"""Numbers k of people of the tested laboratory whose 3D walks are known to the methods ``anybody_k``."""
 MIN_PEOPLE = 4
 """Smallest number of training people."""
 CURVE = (4, 6, 8, 12, 16, 24, 32, 41, 64)
 """Numbers of training people in the learning curves."""
 OFFSET_MM, SIZE = 25.0, 0.1
-"""Differences between two simulated laboratories: root mean square offset of a joint per axis, and body size."""
+"""Differences between two simulated laboratories.
+
+`OFFSET_MM` is the root mean square offset of a joint along an axis; `SIZE` is the relative difference of body size.
+"""
 VIEWS = np.radians(CHOOSING_VIEWS_DEG)
 LEVEL = np.array([0.95])
 
 
 @dataclass(frozen=True)
 class LaboratoryErrors:
-    """Errors of all people, by training data.
+    """Errors of all people, by kind of training data.
 
     Attributes
     ----------
@@ -72,7 +75,9 @@ class LaboratoryErrors:
 def simulated_laboratories(
     data: FourierSamples, rng: np.random.Generator, *, offset_mm: float = OFFSET_MM, size: float = SIZE
 ) -> FourierSamples:
-    """Return the walks of one source as if two laboratories had recorded them, with other joints and body sizes.
+    """Return the walks of one source, changed as if two laboratories had recorded them.
+
+    The two simulated laboratories differ in the positions of joints and in the sizes of bodies.
 
     Offsets of joints are symmetric in the sides.
     """
@@ -90,14 +95,17 @@ def simulated_laboratories(
 
 
 class Laboratories(Sweep):
-    """Reconstruction of all people by models of other people, and of other laboratories."""
+    """Reconstruction of all people by models of other people and by models of other laboratories."""
 
     draws_random_numbers = True
 
     partners: Choosers = scaled(value=PARTNERS)  # number of other people for the selection of sigma² of MAP
 
     def measure(self, inputs: AnatomicalInputs) -> LaboratoryErrors:
-        """Return errors and bars of all people; people of a single source are split into two simulated laboratories."""
+        """Return the errors and error bars of all people.
+
+        People of a single source are split into two simulated laboratories.
+        """
         data, model = inputs.dataset, inputs.model
         if len(np.unique(data.source)) == 1:
             data = simulated_laboratories(data, inputs.generator("laboratories"))
@@ -146,7 +154,10 @@ class Laboratories(Sweep):
 
 
 def left_out(sources: np.ndarray, person: int) -> Iterator[tuple[str, np.ndarray]]:
-    """Yield the kinds of training data for one person, with the mask (P,) of people left out; skip small ones."""
+    """Yield each kind of training data for one person, with the mask (P,) of people who are left out.
+
+    Kinds with fewer than `MIN_PEOPLE` training people are skipped.
+    """
     tested = sources[person]
     yield PERSON, np.arange(len(sources)) == person
     others = [name for name in dict.fromkeys(sources) if name != tested]
@@ -159,7 +170,7 @@ def left_out(sources: np.ndarray, person: int) -> Iterator[tuple[str, np.ndarray
 def _of_known_people(
     people: People, anybody: Setting, person: int, order: np.ndarray
 ) -> Iterator[dict[str, object]]:
-    """Yield errors of a person whose laboratory is left out, except for some people who are known in 3D.
+    """Yield errors of a person whose laboratory is left out of training, but has some people known in 3D.
 
     Those people determine only the laboratory's difference; they are not training data.
     """
@@ -179,7 +190,7 @@ def _of_known_people(
 
 
 def _with_bars(people: People, fold: Fold, setting: Setting, person: int) -> tuple[float, np.ndarray]:
-    """Return the mean square error, mm², and |error| over standard deviation (A, K, 15) at instants."""
+    """Return the mean square error, mm², and the absolute standardised errors (A, K, 15) at K instants."""
     off, error, sd = fold.bars(setting, person, VIEWS)
     weights, beyond = errors.parseval_weights(off.shape[-1]), people.beyond(person, VIEWS, setting.harmonics)
     square = off**2 @ weights + beyond
@@ -189,7 +200,10 @@ def _with_bars(people: People, fold: Fold, setting: Setting, person: int) -> tup
 def _curve(
     people: People, settings: dict[str, Setting], person: int, order: np.ndarray
 ) -> list[dict[str, object]]:
-    """Return the errors of one person for increasing numbers of training people, available to all people."""
+    """Return the errors of one person for increasing numbers of training people.
+
+    Only numbers that are available for every person are used.
+    """
     rows: list[dict[str, object]] = []
     sources = people.model.sources[order]
     for kind, (allowed, most) in _drawn_from(people.model.sources, person, order).items():
@@ -214,7 +228,9 @@ def _curve(
 
 
 def _drawn_from(sources: np.ndarray, person: int, order: np.ndarray) -> dict[str, tuple[np.ndarray, int]]:
-    """Return masks (P,) of possible training people in a random order, and their number that all people have.
+    """Return masks (P,) of possible training people, and the number of training people for each mask.
+
+    The masks follow a random order of people. The number is available for every tested person.
 
     Kinds: without the person; without the laboratory; and, with several other laboratories, the largest one only.
     """
@@ -233,7 +249,10 @@ def _drawn_from(sources: np.ndarray, person: int, order: np.ndarray) -> dict[str
 
 
 def _spanned(people: People, others: np.ndarray, person: int) -> float:
-    """Return the share of a person's deviation from the mean of others that is in their span, with two harmonics."""
+    """Return the share of a person's deviation from the mean that lies in the span of other people.
+
+    The deviation is from the mean of the other people. All walks have two harmonics.
+    """
     walkers = linear_model.flatten(np.stack([people.walker(n)[:5] for n in (*others, person)]))
     centred = walkers[:-1] - walkers[:-1].mean(axis=0)
     deviation = walkers[-1] - walkers[:-1].mean(axis=0)

@@ -1,4 +1,4 @@
-"""Reconstruction of joints that are hidden in the image, together with the missing dimension of the others.
+"""Reconstruction of joints that are hidden in the image, together with the depth of the visible joints.
 
 The letter mentions this as an outlook: "the same approach could recover occluded markers" (zhang2007, section 5).
 """
@@ -35,20 +35,20 @@ HIDDEN = {
     "far_leg": ("left_knee", "left_ankle"),
     "far_side": ("left_elbow", "left_wrist", "left_knee", "left_ankle"),
 }
-"""Joints that are hidden in turn.
+"""Sets of joints; one set after another is hidden.
 
 Views are from the right, so the left side is the far one.  The centre of the pelvis is inside the body."""
 
 METHODS = ("average_walker", "map_tuned", "anatomical")
 WITH_BARS = METHODS[1:]
 AXES = ("across", "up", "away")
-"""Axes of the image; only hidden joints are unknown across and up."""
+"""Axes of the image. Only hidden joints are unknown along the axes across and up."""
 LEVEL = 0.95
 
 
 @dataclass(frozen=True)
 class HiddenJoints:
-    """Errors of hidden joints in space and of the others in the missing dimension, and coverage of bars.
+    """Errors of hidden joints in 3D, errors of visible joints in the missing dimension, and error bars.
 
     Attributes
     ----------
@@ -65,13 +65,13 @@ class HiddenJoints:
 
 
 class Occlusion(Sweep):
-    """Hidden joints at known view angles."""
+    """Reconstruction of hidden joints at known view angles."""
 
     seen_from_deg: Swept = scaled(start=0, stop=90, step={"full": 30, "smoke": 90})  # true views
     partners: Choosers = scaled(value=PARTNERS)  # number of other people for the selection of sigma² of MAP
 
     def measure(self, inputs: AnatomicalInputs) -> HiddenJoints:
-        """Return errors and coverage of every method, with each set of joints hidden."""
+        """Return the errors and the coverage of error bars of every method, for each set of hidden joints."""
         view_deg = self.seen_from_deg.values("sweep.seen_from_deg")
         view = np.radians(view_deg)
         people = People(inputs.dataset, inputs.model)
@@ -154,7 +154,9 @@ class Occlusion(Sweep):
 
 
 def covered_by_bars(bars: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return coverage and mean half width (2, P, A, 3) of 95 % bars, as computed and as calibrated on other people.
+    """Return coverage and mean half-width (2, P, A, 3) of 95 % error bars, as computed and as calibrated.
+
+    The calibration uses the errors of other people.
 
     `bars` is (P, 2, A, joint, 3, K): |error| and standard deviation.
     """

@@ -1,4 +1,4 @@
-"""Settings of a reconstruction: training, noise and tolerances of lengths."""
+"""Settings of a reconstruction: training, noise and tolerances of bone lengths."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Setting:
 
     @property
     def linear(self) -> Setting:
-        """This setting without bone lengths."""
+        """This setting without the constraint of bone lengths."""
         return replace(self, within=np.inf, pairs=np.inf)
 
     @property
@@ -78,7 +78,7 @@ def approach_two(noise_variance: float) -> Setting:
 
 
 def anatomical_setting(options: AnatomicalModel, harmonics: int) -> Setting:
-    """Return the setting with a model's options."""
+    """Return the setting of the anatomical reconstruction with a model's options."""
     return Setting(
         harmonics=harmonics,
         shrinkage=options.shrinkage,

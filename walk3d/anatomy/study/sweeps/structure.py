@@ -1,4 +1,6 @@
-"""Ablation of the anatomical reconstruction: parts added in turn, parts removed, and variations that do not help.
+"""Ablation of the anatomical reconstruction: parts added one by one, parts removed, and other variations.
+
+The other variations do not reduce the error.
 
 Settings of each person are selected on other people, by models that are trained without that person and without the
 people in the test.  Selected are sigma² of MAP and the tolerance of lengths; one row selects all settings.
@@ -32,21 +34,21 @@ from walk3d.anatomy.study.sweeps.ladder import MAX_HARMONICS, METHODS, of_part
 from walk3d.anatomy.study.sweeps.setting import PLAIN, Setting, anatomical_setting, approach_two
 
 DIAGONAL = 0.5
-"""Share of the diagonal, relative to the share within a harmonic."""
+"""Weight of the covariance's diagonal, relative to the weight of the covariance within harmonics."""
 PARTS_EVERY = 3
-"""Step in the views for removed and varied parts: every third view."""
+"""Step in the list of views for removed and varied parts: every third view is used."""
 SHRUNKEN_NOISE_VARIANCES_MM2 = (50.0, 100.0, 200.0)
 LENGTH_FACTORS = (1.0, 1.5, 2.0, 3.0)
 PAIR_FACTORS = (1.0, 2.0, 4.0)
 NOISE_FACTORS = (0.5, 1.0, 2.0)
-"""Factors on sigma² and tau together."""
+"""Candidate factors by which sigma² and tau are multiplied together."""
 SHRINKAGES = (0.1, 0.2, 0.4)
-"""Candidates for the settings that are selected, in addition to `NOISE_VARIANCES_MM2`."""
+"""Candidate shares for the noise and for the shrinkage within harmonics."""
 
 
 @dataclass(frozen=True)
 class StructureErrors:
-    """Errors by method, person and view; removed and varied parts at fewer views."""
+    """Errors by method, person and view. Methods with a removed or varied part have fewer views."""
 
     rows: pd.DataFrame
 
@@ -92,7 +94,7 @@ class Structure(Sweep):
         return StructureErrors(stacked([row for rows in folds for row in rows]))
 
     def _settings(self, people: People, whole: Setting, workers: int) -> dict[str, list[Setting]]:
-        """Return the settings of every method for all people."""
+        """Return, for every method, the setting for each person."""
 
         published = approach_two(70.0)
         mirror = replace(published, shrinkage=replace(PLAIN, mirror=True))
@@ -123,7 +125,7 @@ class Structure(Sweep):
         return settings
 
     def _alternatives(self, whole: Setting) -> list[Callable[[Setting], list[Setting]]]:
-        """Return the alternatives of each kind of setting that is selected after the tolerance of lengths, in turn."""
+        """Return, for each kind of setting selected after the tolerance of lengths, a list of its alternatives."""
 
         def noisier(setting: Setting) -> list[Setting]:
             return [
@@ -157,7 +159,7 @@ class Structure(Sweep):
 def errors_of(
     people: People, fold: Fold, settings: Mapping[str, Setting], person: int, view: np.ndarray
 ) -> np.ndarray:
-    """Return E_abs (M, A, 15) of several methods for one person, mm²."""
+    """Return E_abs (M, A, 15), mm², of several methods for one person."""
     fitted = {method: setting for method, setting in settings.items() if method != "average_walker"}
     error_of = dict(zip(fitted, fold.errors(list(fitted.values()), person, view), strict=True))
     if "average_walker" in settings:
