@@ -153,7 +153,9 @@ def _typed(composed: Any, overrides: Sequence[str]) -> Experiment:
     missing = OmegaConf.missing_keys(composed)
     if "name" in missing:
         raise InvalidInput(
-            "no experiment is named", expected="experiment= with " + ", ".join(presets()), code="no_experiment"
+            "no experiment is named",
+            expected="experiment= with " + ", ".join(presets()),
+            code="no_experiment",
         )
     if missing:
         raise InvalidInput("a value is missing", ", ".join(sorted(missing)), code="missing_value")

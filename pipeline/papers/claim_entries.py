@@ -129,14 +129,10 @@ def claim_entry(
 def _registered(
     name: str, share: float, values: Mapping[tuple[str, str], float]
 ) -> dict[str, Interval] | None:
-<<<<<<< HEAD
-    """Return the interval of a share about the registered value, by data set; None without a registered value."""
-=======
     """Return the interval of a relative tolerance around the registered value, by data set.
 
     Return None if the claim has no such tolerance.
     """
->>>>>>> wt-text5
     if not share:
         return None
     entries = {data: value for (data, item), value in values.items() if item == name}
