@@ -19,6 +19,7 @@ from pipeline.ingestion.corpus import static_trials
 from pipeline.ingestion.data import BY_FOLDER, WHOSE, FolderData
 from pipeline.ingestion.joints import joints_of
 from pipeline.skeleton.body import check, unit_of_leg
+from pipeline.skeleton.joints import LEG_LENGTH_MM
 from pipeline.skeleton.mapped_joints import plain_name, up_axis
 from pipeline.skeleton.recorded import MotionCapture
 from pipeline.skeleton.source_mapping import SourceMapping, UpAxis
@@ -333,9 +334,15 @@ def _again(path: Path, option: str = "") -> str:
     return f"python -m pipeline inspect {shlex.quote(str(path))} {option}".rstrip()
 
 
+def _unit(leg: float) -> str:
+    """Return the unit in which a leg length of a file has a human length; empty if the length is not positive."""
+    low, high = LEG_LENGTH_MM
+    return "mm" if low <= leg <= high else unit_of_leg(leg)
+
+
 def _after_refusal(code: str, values: dict[str, Any], path: Path, units: str, run: str) -> str:
     """Return the next command, or advice, for a recording that is not a walk."""
-    if code == "unit" and (unit := unit_of_leg(values["leg_mm"] / formats.millimetres_in(units, path.name))):
+    if code == "unit" and (unit := _unit(values["leg_mm"] / formats.millimetres_in(units, path.name))):
         again = f"{_again(path, f'units={unit}')}   (data.units= in runs)"
         if path.suffix.lower() in (".csv", ".trc") and "/" in unit:
             again += (

@@ -186,14 +186,14 @@ def _change(lengths: np.ndarray) -> float:
 
 
 def unit_of_leg(leg: float) -> str:
-    """Return the unit in which a leg has a human length, e.g. ``m``, or ``mm/0.24`` if no unit fits.
+    """Return the unit in which a leg has a human length, e.g. ``m``, or ``mm/0.24``.
 
-    The number is the leg length relative to an adult's leg.
+    The number is the leg length relative to an adult's leg, 1 for millimetres.
 
     Examples
     --------
     >>> unit_of_leg(0.85), unit_of_leg(850.0), unit_of_leg(200.0)
-    ('m', 'mm', 'mm/0.24')
+    ('m', 'mm/1', 'mm/0.24')
     """
     return (_unit(leg)[1] or f"mm/{leg / ADULT_LEG_MM:.2g}") if leg > 0 else ""
 

@@ -149,7 +149,7 @@ Cells = tuple[list[str], list[list[str]]]
 def filled(layout: Mapping[str, Any], published: Mapping[str, Any]) -> dict[str, Cells]:
     """Return each table of a layout, filled with the published values; rows without values are omitted."""
     values: dict[str, dict[str, float]] = {}
-    if lacking := [name for name in COLUMNS if name not in published]:
+    if lacking := [name for name in ("data", "name", "value") if name not in published]:
         raise InvalidInput(
             f"the table has no column {lacking[0]!r}",
             "results/published.csv",

@@ -168,7 +168,7 @@ def _captions(text: str) -> Iterator[str]:
             continue
         series = [line for spec in specs for line in spec["series"]]
         caption = " ".join(re.findall(r'<p class="meta">(.*?)</p>', card, re.DOTALL))
-        if re.search(r"\b[Bb]ands?\b", caption) and not any("lo" in line for line in series):
+        if re.search(r"\b[Bb]ands?\b", caption) and not any({"lo", "low"} & {*line} for line in series):
             yield f"{name}: its caption names bands"
         named = {word for word in re.findall(r"[a-z]+", caption.lower()) if word in COLOURS}
         for colour in named - {line["colour"] for line in series} - {"black"}:

@@ -107,13 +107,6 @@ def leftovers(results: Path) -> list[str]:
 # --- what is found again ---------------------------------------------------------------------------------
 
 
-def test_the_seconds_are_those_of_the_computation(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    clock = iter([1000.0, 1002.5])
-    monkeypatch.setattr("pipeline.storage.store.time.perf_counter", lambda: next(clock))
-    assert Store(tmp_path).artefact("dataset", Options(), ["aa"], Work()).seconds == 2.5
-    assert Store(tmp_path).artefact("dataset", Options(), ["aa"], Work()).seconds == 2.5
-
-
 def test_the_second_request_computes_nothing(tmp_path: Path) -> None:
     work = Work()
     first = Store(tmp_path).artefact("dataset", Options(), ["aa"], work)

@@ -124,7 +124,7 @@ class TrackingError(Figure):
             f" {len(sweep.tracked)} performances, each by a model learnt without it (or without its person)."
             f" {interval_words(tables['table_performances']['person'].nunique())} Where not varied: {usual} particles,"
             f" noise {noise:g} mm, nothing hidden. Prior: the action model; no prior: a random walk with the same"
-            " diffusion, or with steps as large as in the data; mean: the mean performance alone. Grey dotted line:"
+            " diffusion, or with steps as large as in the data; mean: the mean performance alone. Dotted line:"
             f" the true postures, projected into the aSpace. {self._lost(inputs, tables['table_performances'])}",
         )
 
