@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import gzip
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,10 +12,12 @@ from typing import Any
 import numpy as np
 import pytest
 from matplotlib.collections import LineCollection
+from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
+from matplotlib.transforms import Bbox
 from PIL import Image
 
-from pipeline.charts import Axis, Chart, Lines, Reference, Sheet
+from pipeline.charts import Axis, Chart, Reference, Sheet
 from pipeline.palette import Style, hex_colour
 from pipeline.pictures import style as look
 from pipeline.pictures.charts import draw_charts
@@ -39,27 +41,44 @@ class Drawn:
 
     def __init__(self) -> None:
         self.figures: list[Figure] = []
-        self.handles: list[Sequence[Any]] = []
+        self.entries: list[Mapping[str, Any]] = []
 
-    def finish(self, figure: Figure, canvas: Canvas, handles: Sequence[Any], **_: Any) -> None:
+    def finish(self, figure: Figure, canvas: Canvas, entries: Mapping[str, Any], **options: Any) -> None:
         self.figures.append(figure)
-        self.handles.append(handles)
+        self.entries.append(entries)
+        FINISH(figure, canvas, entries, **options)
 
     @property
     def axes(self) -> list[Any]:
         return self.figures[-1].axes
 
     @property
+    def handles(self) -> list[Any]:
+        """Handle of each entry, without the patches of its bands."""
+        return [each[-1] if isinstance(each, tuple) else each for each in self.entries[-1].values()]
+
+    @property
     def legend(self) -> list[tuple[str, str]]:
-        return [(h.get_label(), h.get_color()) for h in self.handles[-1]]
+        """Name and colour of each entry."""
+        colours = [h.get_color() if hasattr(h, "get_color") else h.get_facecolor() for h in self.handles]
+        return [(name, to_hex(colour)) for name, colour in zip(self.entries[-1], colours, strict=True)]
+
+
+FINISH = look.finish
 
 
 @pytest.fixture
 def drawn(monkeypatch: pytest.MonkeyPatch) -> Drawn:
-    """Figures and legends that the functions hand over to be written."""
+    """Figures and legends with their final layout, of which no files are written."""
     result = Drawn()
     monkeypatch.setattr("pipeline.pictures.style.finish", result.finish)
+    monkeypatch.setattr("pipeline.pictures.style._write", lambda *_: None)
     return result
+
+
+def shown_colour(name: str) -> str:
+    """Return a colour as `Drawn.legend` has it."""
+    return str(to_hex(hex_colour(name)))
 
 
 def chart(table: Any = RISING, **options: Any) -> Chart:
@@ -78,6 +97,34 @@ def segments(axes: Any) -> np.ndarray:
     return np.array([segment for each in parts for segment in each])
 
 
+def corners(area: Any) -> set[tuple[float, float]]:
+    """Corners of a band."""
+    (outline,) = area.get_paths()
+    return {(x, y) for x, y in np.round(outline.vertices, 9).tolist()}
+
+
+def size_of(axes: Any) -> np.ndarray:
+    """Width and height of axes, points."""
+    return np.array(axes.bbox.size) * 72.0 / axes.figure.dpi
+
+
+def box_of(text: Any) -> Bbox:
+    """Box of a label from the lower left corner of its axes, points: its drawn width, and the height of its lines."""
+    left, low = np.array(text.get_position()) * size_of(text.axes)
+    assert (text.get_transform(), text.get_ha(), text.get_va()) == (text.axes.transAxes, "left", "bottom")
+    wide = text.get_window_extent().width * 72.0 / text.axes.figure.dpi
+    return Bbox.from_bounds(left, low, wide, 1.25 * look.NOTE_SIZE * (1 + text.get_text().count("\n")))
+
+
+def covers(box: Bbox, axes: Any, points: Any) -> bool:
+    """Whether a box covers a part of a line, whose points are fractions of the axes."""
+    points = np.asarray(points) * size_of(axes)
+    fine, numbers = np.linspace(0, len(points) - 1, 1000), np.arange(len(points))
+    return any(
+        box.contains(*at) for at in np.column_stack([np.interp(fine, numbers, v) for v in points.T]).tolist()
+    )
+
+
 # --- charts ------------------------------------------------------------------------------------------------
 
 
@@ -92,11 +139,23 @@ def test_a_line_has_its_numbers_band_and_interval(drawn: Drawn) -> None:
     (line,) = axes.lines
     np.testing.assert_array_equal(line.get_xydata(), np.column_stack([RISING["x"], RISING["y"]]))
     assert (line.get_color(), line.get_linestyle(), line.get_marker()) == (hex_colour("blue"), "--", "none")
-    spans = [area.get_paths()[0].get_extents().intervaly.tolist() for area in axes.collections]
-    assert spans == [pytest.approx([-0.1, 1.1]), pytest.approx([-0.2, 1.3])]
-    assert [area.get_alpha() for area in axes.collections] == [look.BAND_OPACITY, look.INTERVAL_OPACITY]
+    ends = {
+        "band-0": [(x, y + sign * 0.1) for x, y in line.get_xydata() for sign in (-1, 1)],
+        "interval-0": [
+            (x, y) for name in ("y_low", "y_high") for x, y in zip(RISING["x"], table[name], strict=True)
+        ],
+    }
+    assert {area.get_gid(): corners(area) for area in axes.collections} == {
+        name: {(x, y) for x, y in np.round(points, 9).tolist()} for name, points in ends.items()
+    }
+    opacities = [look.BAND_OPACITY, look.INTERVAL_OPACITY]
+    assert [area.get_alpha() for area in axes.collections] == opacities
     assert axes.get_xlim() == (0.0, 1.0)
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("x", "y")
+    assert axes.get_ylim() == pytest.approx((-0.2 - 0.05 * 1.5, 1.3 + 0.05 * 1.5))
+    assert (axes.get_xlabel(), axes.get_title(loc="left"), axes.get_ylabel()) == ("x", "y", "")
+    (entry,) = drawn.entries[-1].values()
+    assert [patch.get_alpha() for patch in entry[:-1]] == opacities
+    assert (drawn.legend, entry[-1].get_linestyle()) == ([("series", shown_colour("blue"))], "--")
 
 
 def test_a_series_of_one_point_and_a_series_of_points_have_marks_and_whiskers(drawn: Drawn) -> None:
@@ -107,7 +166,7 @@ def test_a_series_of_one_point_and_a_series_of_points_have_marks_and_whiskers(dr
         assert (line.get_marker(), line.get_linestyle()) == ("o", "None")
     np.testing.assert_array_equal(segments(drawn.axes[0]), [[[2.0, 2.5], [2.0, 4.0]]])
     assert drawn.axes[1].get_xlim() == pytest.approx((-0.03, 1.03))
-    assert [(entry.get_label(), entry.get_marker()) for entry in drawn.handles[-1]] == [
+    assert [(entry.get_label(), entry.get_marker()) for entry in drawn.handles] == [
         ("lonely", "o"),
         ("series", "o"),
     ]
@@ -140,7 +199,7 @@ def test_the_abscissa_has_these_limits_and_ticks(
         ({}, 1.05 * 1.0),
         ({"band": "sd"}, 1.05 * 1.5),
         ({"band": "sd", "times": 1.0, "references": [Reference(y=1.8, published=True)]}, 1.05 * 1.8),
-        ({"references": [Reference(y=1.8)]}, 1.05 * 1.0),
+        ({"references": [Reference(y=1.8)]}, 1.05 * 1.8),
         ({"band": "wide"}, 1.05 * 2.0),
     ],
 )
@@ -155,21 +214,20 @@ def test_an_ordinate_from_zero_ends_above_the_lines(
 
 def test_panels_stand_in_rows_with_letters_and_one_ordinate(drawn: Drawn) -> None:
     draw(*[chart(title=name) for name in ("one", "two", "")], columns=2, share_y=True, panel_size=(2.0, 1.5))
-    assert [axes.get_title(loc="left") for axes in drawn.axes] == ["(a) one", "(b) two", "(c)"]
-    assert [axes.get_ylabel() for axes in drawn.axes] == ["y", "", "y"]
+    assert [axes.get_title(loc="left") for axes in drawn.axes] == ["(a) one\ny", "(b) two", "(c) y"]
+    assert [axes.yaxis.get_tick_params()["labelleft"] for axes in drawn.axes] == [True, False, True]
     cells = [axes.get_subplotspec() for axes in drawn.axes]
     assert [(cell.rowspan.start, cell.colspan.start) for cell in cells] == [(0, 0), (0, 1), (1, 0)]
     assert drawn.figures[0].get_size_inches().tolist() == pytest.approx([4.1, 3.1])
     draw(chart(title="alone"))
-    assert drawn.axes[0].get_title(loc="left") == "alone"
+    assert drawn.axes[0].get_title(loc="left") == "alone\ny"
     draw(chart(title="one"), chart(title="two"), letters=False, columns=2)
-    assert [axes.get_title(loc="left") for axes in drawn.axes] == ["one", "two"]
-    assert [axes.get_ylabel() for axes in drawn.axes] == ["y", "y"]
+    assert [axes.get_title(loc="left") for axes in drawn.axes] == ["one\ny", "two\ny"]
 
 
 def test_names_are_rows_from_the_top_with_numbers_along_the_abscissa(drawn: Drawn) -> None:
     table = {"x": ["a", "c"], "y": [1.0, 4.0], "y_low": [0.5, 3.0], "y_high": [2.0, 5.0]}
-    names = Axis(words={"a": "first", "b": "heading", "c": "last"}, label="names")
+    names = Axis(words={"a": "first", "b": "heading", "c": "last"})
     rows = chart(table, abscissa=names, zero=True, label="Error", unit="mm")
     draw(rows, rows, columns=2)
     left, right = drawn.axes
@@ -179,55 +237,71 @@ def test_names_are_rows_from_the_top_with_numbers_along_the_abscissa(drawn: Draw
     np.testing.assert_array_equal(left.lines[0].get_xydata(), [[1.0, 0.0], [4.0, 2.0]])
     np.testing.assert_array_equal(segments(left), [[[0.5, 0.0], [2.0, 0.0]], [[3.0, 2.0], [5.0, 2.0]]])
     assert left.get_xlim()[0] == 0.0
-    assert (left.get_xlabel(), left.get_ylabel(), right.get_ylabel()) == ("Error (mm)", "names", "")
+    assert [axes.get_xlabel() for axes in (left, right)] == ["Error (mm)"] * 2
+    assert [axes.get_title(loc="left") for axes in (left, right)] == ["(a)", "(b)"]
     assert not right.yaxis.get_tick_params()["labelleft"]
-    assert [entry.get_marker() for entry in drawn.handles[-1]] == ["o"]
-
-
-def test_names_at_the_ends_of_lines_do_not_overlap(drawn: Drawn) -> None:
-    tables = {"x": [0.0, 1.0], "y": [0.0, 1.0], "z": [0.0, 0.99], "w": [0.5, 0.2]}
-    also = [Lines(table=tables, y=name, styles=Style(name, "orange")) for name in ("z", "w")]
-    draw(chart(tables, also=also, named=True, limits=(0.0, 2.0)))
-    heights = {text.get_text(): text.get_position() for text in drawn.axes[0].texts}
-    assert heights == {
-        "w": pytest.approx((1.02, 0.1)),
-        "z": pytest.approx((1.02, 0.495)),
-        "series": pytest.approx((1.02, 0.575)),
-    }
-    assert drawn.legend == []
+    assert [(entry.get_marker(), entry.get_linestyle()) for entry in drawn.handles] == [("o", "-")]
 
 
 @pytest.mark.parametrize(
-    ("reference", "ends", "label"),
+    ("reference", "ends", "edges"),
     [
-        # y = x in limits 0 to 1: at the left the data are low, so a label at the top is farther from them.
-        (Reference(x=0.1, label="r"), [[0.1, 0.0], [0.1, 1.0]], (0.112, 0.96, "left", "top")),
-        (Reference(x=0.9, label="r"), [[0.9, 0.0], [0.9, 1.0]], (0.888, 0.04, "right", "bottom")),
-        (Reference(y=0.1, label="r"), [[0.0, 0.1], [1.0, 0.1]], (0.985, 0.115, "right", "bottom")),
-        (Reference(y=0.85, label="r"), [[0.0, 0.85], [1.0, 0.85]], (0.015, 0.865, "left", "bottom")),
-        (Reference(y=0.95, label="r"), [[0.0, 0.95], [1.0, 0.95]], (0.015, 0.935, "left", "top")),
-        (Reference(x=0.3, y=0.4, label="r"), [[0.3, 0.4]], (0.325, 0.4, "left", "bottom")),
-        (Reference(x=0.7, y=0.6, label="r"), [[0.7, 0.6]], (0.675, 0.6, "right", "top")),
+        # Limits are 0 to 1. An edge of the label is at a fraction of the axes, and so many points from there.
+        ({"x": 0.1}, [[0.1, 0.0], [0.1, 1.0]], {"x0": (0.1, 3.0), "y1": (1.0, -3.0)}),
+        ({"x": 0.9}, [[0.9, 0.0], [0.9, 1.0]], {"x1": (0.9, -3.0), "y1": (1.0, -3.0)}),
+        ({"y": 0.1}, [[0.0, 0.1], [1.0, 0.1]], {"x1": (1.0, -3.0), "y0": (0.1, 3.0)}),
+        ({"y": 0.85}, [[0.0, 0.85], [1.0, 0.85]], {"x0": (0.0, 3.0), "y0": (0.85, 3.0)}),
+        ({"y": 0.95}, [[0.0, 0.95], [1.0, 0.95]], {"x0": (0.0, 3.0), "y1": (0.95, -3.0)}),
+        ({"x": 0.3, "y": 0.4}, [[0.3, 0.4]], {"x0": (0.3, 6.0), "y0": (0.4, 3.0)}),
+        ({"x": 0.5, "y": 0.5}, [[0.5, 0.5]], {"x1": (0.5, -6.0), "y0": (0.5, 3.0)}),
     ],
 )
-def test_a_reference_is_labelled_away_from_the_data(
-    drawn: Drawn, reference: Reference, ends: list[list[float]], label: tuple[float, float, str, str]
+def test_a_reference_is_labelled_beside_it_and_away_from_the_data(
+    drawn: Drawn,
+    reference: dict[str, Any],
+    ends: list[list[float]],
+    edges: dict[str, tuple[float, float]],
 ) -> None:
-    draw(chart(references=[reference], limits=(0.0, 1.0)))
+    draw(chart(references=[Reference(label="note", **reference)], limits=(0.0, 1.0)))
     (axes,) = drawn.axes
-    np.testing.assert_allclose(axes.lines[-1].get_xydata(), ends)
+    line, mark = axes.lines
+    np.testing.assert_allclose(mark.get_xydata(), ends)
     (text,) = axes.texts
-    assert text.get_position() == pytest.approx(label[:2])
-    assert (text.get_ha(), text.get_va()) == label[2:]
+    box = box_of(text)
+    assert text.get_text() == "note"
+    for edge, (fraction, distance) in edges.items():
+        expected = fraction * size_of(axes)["xy".index(edge[0])] + distance
+        assert getattr(box, edge) == pytest.approx(expected, abs=1.0), edge
+    assert not covers(box, axes, line.get_xydata())
+    assert not covers(box, axes, mark.get_xydata())
 
 
-def test_the_first_of_two_neighbours_is_labelled_on_the_other_side(drawn: Drawn) -> None:
-    draw(chart(references=[Reference(x=0.3, label="p"), Reference(x=0.4, label="q")], limits=(0.0, 1.0)))
-    assert [text.get_ha() for text in drawn.axes[0].texts] == ["right", "left"]
-    draw(chart(references=[Reference(y=0.3, label="p"), Reference(y=0.4, label="q")], limits=(0.0, 1.0)))
-    assert [text.get_va() for text in drawn.axes[0].texts] == ["top", "bottom"]
-    draw(chart(references=[Reference(y=0.3, label="p"), Reference(y=0.5, label="q")], limits=(0.0, 1.0)))
-    assert [text.get_va() for text in drawn.axes[0].texts] == ["bottom", "bottom"]
+@pytest.mark.parametrize(
+    "places", [{"x": (0.3, 0.32)}, {"y": (0.3, 0.34)}, {"x": (0.3, 0.31), "y": (0.4, 0.42)}]
+)
+def test_labels_of_neighbours_cover_neither_each_other_nor_the_data(
+    drawn: Drawn, places: dict[str, Any]
+) -> None:
+    references = [
+        Reference(label=label, **dict(zip(places, at, strict=True)))
+        for label, at in zip(
+            ("a first note", "a second note"), zip(*places.values(), strict=True), strict=True
+        )
+    ]
+    draw(chart(references=references, limits=(0.0, 1.0)))
+    (axes,) = drawn.axes
+    first, second = (box_of(text) for text in axes.texts)
+    assert not first.overlaps(second)
+    for box in (first, second):
+        assert (np.asarray(box.min) >= 0.0).all()
+        assert (np.asarray(box.max) <= size_of(axes)).all()
+        assert not any(covers(box, axes, line.get_xydata()) for line in axes.lines)
+    gap = 3.0 * len(places)  # a point has a mark
+    for box, reference in zip((first, second), references, strict=True):
+        axis = "x" if "x" in places else "y"
+        at = getattr(reference, axis) * size_of(axes)["xy".index(axis)]
+        sides = [getattr(box, f"{axis}0") - at, at - getattr(box, f"{axis}1")]
+        assert max(sides) == pytest.approx(gap, abs=1.0)
 
 
 def test_lines_through_the_origin_and_below_a_series_are_in_the_legend(drawn: Drawn) -> None:
@@ -240,10 +314,11 @@ def test_lines_through_the_origin_and_below_a_series_are_in_the_legend(drawn: Dr
     np.testing.assert_allclose(half.get_xydata(), [[0.0, 0.0], [1.0, 0.5]])
     np.testing.assert_allclose(below.get_ydata(), 0.8 * np.array(RISING["y"]))
     assert drawn.legend == [
-        ("series", hex_colour("blue")),
-        ("half", hex_colour("reference")),
-        ("a fifth below", hex_colour("published")),
+        ("series", shown_colour("blue")),
+        ("half", shown_colour("reference")),
+        ("a fifth below", shown_colour("published")),
     ]
+    assert list(drawn.axes[0].texts) == []
 
 
 # --- other pictures ----------------------------------------------------------------------------------------
@@ -300,9 +375,9 @@ def test_postures_share_a_scale_and_the_middle_of_the_original(drawn: Drawn) -> 
     assert [name for name, _ in drawn.legend] == ["original", "reconstructed", "joint that was not measured"]
 
 
-def test_skeletons_are_drawn_over_the_mean_and_one_by_one(drawn: Drawn) -> None:
+def test_skeletons_are_drawn_one_by_one_over_the_mean(drawn: Drawn) -> None:
     others = LIMB + 10.0 * np.arange(1, 5)[:, None, None]
-    row = SkeletonRow(label="frame 1", centre=LIMB, others=others, separate=(3, 1))
+    row = SkeletonRow(label="frame 1", centre=LIMB, others=others)
     draw_skeletons(Canvas(Path("picture")), [row], BONES, legend=("mean", "sample"))
     (axes,) = drawn.axes
     left, right = -210.0, 60.0 + 40.0
@@ -310,15 +385,16 @@ def test_skeletons_are_drawn_over_the_mean_and_one_by_one(drawn: Drawn) -> None:
     next_one = np.array([step, 0.0])
     bones = np.array([[LIMB[a], LIMB[b]] for a, b in BONES])
     expected = [
-        *[bones + 10.0 * n for n in range(1, 5)],
-        bones, bones + next_one, bones + 2 * next_one,
-        bones + 40.0 + next_one, bones + 20.0 + 2 * next_one,
-    ]  # fmt: skip
+        *[bones + n * next_one for n in range(5)],
+        *[bones + 10.0 * n + n * next_one for n in range(1, 5)],
+    ]
     np.testing.assert_allclose(segments(axes), np.concatenate(expected))
-    assert axes.get_xlim() == pytest.approx((left, left + 3 * step))
+    assert axes.get_xlim() == pytest.approx((left, left + 5 * step))
     low, high = axes.get_ylim()
     assert low < 0.0 < 1740.0 < high < 1.3 * 1740.0
-    assert [name for name, _ in drawn.legend] == ["mean", "sample", "mean, to compare"]
+    assert drawn.legend == [("mean", shown_colour("silver")), ("sample", shown_colour("reconstruction"))]
+    (label,) = axes.texts
+    assert (label.get_text(), *label.get_position()) == ("frame 1", left, high)
     np.testing.assert_array_equal(axes.lines[0].get_ydata(), [0.0, 0.0])
 
 
@@ -345,10 +421,13 @@ def test_a_motion_is_drawn_side_by_side_over_the_truth_with_its_plan(drawn: Draw
     assert row.get_ylim() == pytest.approx((-0.5 * tall, 0.5 * tall))
     assert row.get_xlim() == pytest.approx((-0.5 * step, 1.5 * step))
     assert step == pytest.approx(tall * 5.0 / (1.3 * 2))
-    walked, *cameras = [line.get_xydata().tolist() for line in plan.lines]
+    walked, *cameras, scale = [line.get_xydata().tolist() for line in plan.lines]
     assert walked == ground.tolist()
     assert cameras == [path.tolist(), [[5.0, 1.0]], (path + 1.0).tolist(), [[5.0, 1.0]]]
-    assert [list(note.xy) for note in plan.texts] == [[5.0, 1.0], [10.0, 5.0]]
+    assert scale == [[0.0, -299.0], [1000.0, -299.0]]
+    assert [(note.get_text(), *note.xy) for note in plan.texts] == [
+        ("first", 5.0, 1.0), ("second", 10.0, 5.0), ("1 m", 500.0, -299.0),
+    ]  # fmt: skip
     assert [patch.get_xy()[:3].tolist() for patch in plan.patches] == [footprint.tolist()] * 2
     assert [name for name, _ in drawn.legend] == ["truth", "series"]
 
@@ -363,8 +442,8 @@ def test_counts_are_stacked_bars(drawn: Drawn) -> None:
     assert numbers == [("3", 1.5, 0, "white"), ("1", 3.5, 0, "black"), ("5", 2.5, 1, "white")]
     assert (axes.get_xlim(), axes.get_ylim()) == ((0.0, 5.0), (2.5, -0.5))
     assert [label.get_text() for label in axes.get_yticklabels()] == ["one paper", "another", "none"]
-    assert drawn.legend == [("agrees", hex_colour("green")), ("differs", hex_colour("amber"))]
-    assert drawn.figures[0].get_size_inches()[1] == pytest.approx(1.0)
+    assert drawn.legend == [("agrees", shown_colour("green")), ("differs", shown_colour("amber"))]
+    assert drawn.figures[0].get_size_inches()[1] == pytest.approx(1.0 + look.LEGEND_LINE)
 
 
 def test_a_walker_fills_most_of_the_height_and_stays_upright(tmp_path: Path) -> None:
@@ -422,9 +501,11 @@ def test_a_legend_has_as_many_columns_as_fit() -> None:
     heights = {}
     with look.applied_style():
         for name in ("short", "a name of a series that takes about a third of the width"):
-            figure = look.new_figure(99.0, 3.0)
+            figure = Canvas(Path("picture")).new_figure(99.0, 3.0)
             assert figure.get_size_inches().tolist() == [look.MAX_WIDTH, 3.0]
-            handles = [look.legend_handle(name, "black") for _ in range(6)]
-            heights[len(name)] = look._legend_above(figure, handles)
+            entries = {f"{name} {n}": look.legend_handle(name, "black") for n in range(6)}
+            heights[name] = look._legend_above(figure, entries)
+            (legend,) = figure.legends
+            assert [text.get_text() for text in legend.get_texts()] == list(entries)
     # Six short names are one line; of the long ones two are side by side.
-    assert list(heights.values()) == pytest.approx([0.24, 0.24 + 2 * 1.5 * 8 / 72])
+    assert list(heights.values()) == pytest.approx([0.24, 0.24 + 2 * 1.65 * 7 / 72])
