@@ -86,7 +86,6 @@ def test_claims_are_chosen_by_figure_or_paper(tmp_path: Path) -> None:
     results = published(tmp_path, ROW, other)
     assert results.claims_of(figure="park2011_fig4") == results.claims_of(paper="park2011") == [other]
     assert results.claims_of(paper="none") == []
-    whole = published(tmp_path, ROW | {"value": 3})
 
 
 def test_numbers_of_a_table_are_numbers_and_empty_cells_none(tmp_path: Path) -> None:
