@@ -69,10 +69,7 @@ def _publish(
     *,
     complete: bool = True,
 ) -> list[Verdict]:
-    """Publish a figure with the given tables.
-
-    An incomplete figure lacks the recording and the digest of its sources.
-    """
+    """Publish a figure with the given tables; without recording and digest of sources unless `complete`."""
     experiment, figure, outputs = inputs.experiment, inputs.experiment.figure, dict(outputs)
     with publish(folder, having="figure") as publication:
         for name, table in outputs.items():

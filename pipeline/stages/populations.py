@@ -20,10 +20,7 @@ from pipeline.studies.study import NoSweep, Sweep, SweepInputs, Tables
 
 
 def count(experiment: Experiment) -> int:
-    """Return the number of further populations of a figure.
-
-    The number is 0 if the figure's sweep reads clips, because the clips of populations are not stored.
-    """
+    """Return the number of further populations of a figure; 0 if its sweep reads clips, which are not stored."""
     data, figure = experiment.data, experiment.figure
     if not isinstance(data, SyntheticPeople) or not figure.traits.over_people or experiment.sweep.reads_clips:
         return 0
@@ -106,10 +103,7 @@ def sweep_population(
 def inputs_of(
     experiment: Experiment, number: int, store: Store, *, shown: bool = False
 ) -> FigureInputs[Any, Any, Any]:
-    """Return the inputs of the figure for one population.
-
-    A model that no table needs is only learnt if the figure shows this population (`shown`).
-    """
+    """Return the inputs of the figure for one population; a model that no table needs is learnt only if `shown`."""
     model, sweep, workers = experiment.model, experiment.sweep, experiment.workers if shown else 1
     clips = ingest.run(experiment, store, number).value
     samples = experiment.dataset.build(clips, workers=workers)

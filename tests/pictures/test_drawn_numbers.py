@@ -117,7 +117,7 @@ def box_of(text: Any) -> Bbox:
 
 
 def covers(box: Bbox, axes: Any, points: Any) -> bool:
-    """Whether a box covers a part of a line, whose points are fractions of the axes."""
+    """Return True if a box covers a part of a line, whose points are fractions of the axes."""
     points = np.asarray(points) * size_of(axes)
     fine, numbers = np.linspace(0, len(points) - 1, 1000), np.arange(len(points))
     return any(
