@@ -50,7 +50,7 @@ class Page:
 
 @dataclass(frozen=True, kw_only=True)
 class Plugin:
-    """Additions of a plug-in to the package.
+    """Everything that a plug-in adds to the package.
 
     Each list is a sequence of values, or an import path ``"package.module:NAME"`` that is resolved at the first use.
 

@@ -1,4 +1,4 @@
-"""Average walkers of the BioMotion Lab as input of commands, and output of walks in the laboratory's format."""
+"""Read the BioMotion Lab's average walkers as command input, and write walks in the laboratory's format."""
 
 from __future__ import annotations
 

@@ -112,7 +112,7 @@ OmegaConf.register_new_resolver(_BY_SCALE, _by_scale, replace=True)
 
 
 def with_plugins(overrides: Sequence[str]) -> list[str]:
-    """Load the users' files that overrides name; return the overrides with all these files in one list."""
+    """Load the plug-in files named in the overrides; return the overrides with those files merged into one list."""
     files = plugins.named_files(overrides)
     plugins.load_files(files)
     others = [item for item in overrides if not item.startswith("plugins=")]

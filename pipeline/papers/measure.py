@@ -56,7 +56,7 @@ class Measure:
         return tuple(dict.fromkeys(named))
 
     def replaced(self, words: Mapping[str, str]) -> Measure:
-        """Return the measure with some words replaced in its arguments: column names, and values in expressions.
+        """Return the measure with column names, and values in expressions, replaced in its arguments.
 
         Examples
         --------

@@ -11,7 +11,7 @@ from pipeline.pictures.style import Canvas
 
 
 class Picture(Canvas):
-    """A picture to draw; the first call of one of its methods writes the files."""
+    """A picture that is drawn lazily: the first call to any of its methods writes the files."""
 
     charts = draw_charts
     heat_map = draw_heat_map

@@ -205,7 +205,7 @@ class Rows:
             return np.sqrt(square * count / np.where(count > 1, count - 1.0, np.nan))
 
     def largest(self, numbers: np.ndarray) -> np.ndarray:
-        """Largest (B,) of values (n,) in each replicate."""
+        """Largest of the values (n,) in each of B bootstrap replicates, shape (B,)."""
         top = np.full(self.weights.shape[1], -np.inf)
         np.maximum.at(top, self.cluster, numbers)
         result = np.where(self.weights > 0, top, -np.inf).max(axis=1)

@@ -229,7 +229,7 @@ class Sweep(Options, ABC):
         return [self.of_populations()]
 
     def joined(self, parts: Sequence[Any]) -> Any:
-        """Return the measurements of one further population, joined from the results of the parts."""
+        """Join the partial results into the measurements of one additional population."""
         return parts[0]
 
     @abstractmethod
@@ -254,7 +254,7 @@ class NoResult:
 
 
 class NoSweep(Sweep):
-    """Options of a figure without a sweep, which shows the model."""
+    """Options of a figure that shows the model itself and has no sweep."""
 
     def measure(self, inputs: SweepInputs) -> NoResult:
         """Return an empty result."""

@@ -56,7 +56,7 @@ class Gram:
         return bool(np.linalg.eigvalsh(self._parts[3])[0] > _SAFE * largest)
 
     def at(self, cosine: np.ndarray, sine: np.ndarray) -> np.ndarray:
-        """Return the matrices A (A, N, N) at A view angles, given their cosines and sines (A,)."""
+        """Return the Gram matrices (A, N, N) at A view angles, given their cosines and sines (A,)."""
         weights = np.stack([cosine**2, sine * cosine, sine**2, np.ones_like(cosine)], axis=-1)
         return np.tensordot(weights, self._parts, axes=1)
 

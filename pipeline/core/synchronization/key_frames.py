@@ -1,4 +1,4 @@
-"""Synchronization by key-frames, the method with which mozerov2006 section 4 compares its own.
+"""Synchronization by key-frames, the baseline in mozerov2006 section 4.
 
 Five key-frames are chosen in each performance, by curvature.
 

@@ -32,7 +32,7 @@ _POLYNOMIAL_STEPS = 5
 
 @dataclass(frozen=True)
 class ReducedCost:
-    """Cost J, minimised over the coefficients, of A observations at one angle each.
+    """Cost J of A observations, each at its own view angle, minimised over the coefficients.
 
     Attributes
     ----------

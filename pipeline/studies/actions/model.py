@@ -137,7 +137,7 @@ class Action:
 
     @property
     def farthest(self) -> int:
-        """Index of the performance with the largest disparity from the median sequence; the first of equal ones."""
+        """Index of the performance with the largest disparity from the median sequence; the first one if tied."""
         return int(np.abs(self.disparity).max(axis=1).argmax())
 
 

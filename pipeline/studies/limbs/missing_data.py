@@ -142,7 +142,7 @@ class Scene:
 
 
 class MissingDataSweep(LimbSweep):
-    """Options of the sweep over the share of missing points of whole skeletons."""
+    """Options of the sweep over the fraction of missing points, for whole-body skeletons."""
 
     cameras: Distinct[Camera] = [Camera.still]
     fractions: Increasing[Missing] = [0.0, 0.05, 0.1, 0.2, 0.3, 0.5]  # fractions of missing observations

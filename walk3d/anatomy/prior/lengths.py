@@ -154,9 +154,9 @@ class Lengths:
         return bones.reshape(len(walkers), len(BONES), -1, self._blocks) @ self._basis.T
 
     def _length_terms(self, u: np.ndarray, which: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Return length terms (m,), bone directions (m, 16, a, K) and lengths (m, 16, K), and half the slopes.
+        """Return length terms (m,), bone directions (m, 16, a, K), bone lengths (m, 16, K) and half the derivatives.
 
-        The slopes (m, 16, K) are the derivatives of the terms by the lengths.
+        The derivatives (m, 16, K) are those of the terms with respect to the bone lengths.
         """
         walkers = self._start[which]
         walkers.reshape(len(u), -1)[:, self._rows] = u

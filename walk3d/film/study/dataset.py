@@ -46,7 +46,7 @@ class FilmedWalkers:
 
     @property
     def sources_left_out(self) -> list[str]:
-        """Names of the sources; empty if any source is needed to have enough people."""
+        """Names of the sources to leave out in turn; empty if too few people would remain without one of them."""
         of_people = self.sources
         names = list(dict.fromkeys(of_people.tolist()))
         return names if all((of_people != name).sum() >= MIN_PEOPLE for name in names) else []

@@ -59,7 +59,7 @@ def anchors() -> np.ndarray:
 
 
 def region_of(centre: np.ndarray, rim: np.ndarray) -> np.ndarray:
-    """Return the region around a circle that is given by its centre and a point on its rim above the centre, px."""
+    """Return the region (px) that encloses a circle, given the circle's centre and the top of its rim."""
     away = rim - centre
     return np.array([*centre, 2.0 * MARGIN * np.hypot(*away), np.arctan2(away[0], -away[1])])
 

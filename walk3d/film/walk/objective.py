@@ -446,7 +446,7 @@ class Objective:
     def _add_lengths(
         self, at: Iterate, blocks: np.ndarray, gradient: np.ndarray, matrix: np.ndarray
     ) -> np.ndarray:
-        """Add the terms of bone lengths and the joints' blocks to gradient and matrix, in place.
+        """Add the bone-length terms to gradient and matrix, and the per-joint blocks to the matrix, in place.
 
         Return the derivatives (P, 417) of the left-right differences.
         """

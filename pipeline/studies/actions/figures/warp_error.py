@@ -162,7 +162,7 @@ def _frames_by_portions(inputs: Inputs) -> np.ndarray:
 
 
 def _summary(inputs: Inputs, everywhere: np.ndarray, moving: np.ndarray) -> dict[str, float]:
-    """Mean error with its interval over people, and standard deviation, from the errors (M,) of performances."""
+    """Mean error with its confidence interval over people, and standard deviation, of performances' errors (M,)."""
     summary = {}
     person = np.delete(inputs.dataset.person, inputs.model.median)
     for name, errors in (("error", everywhere), ("error_moving", moving)):

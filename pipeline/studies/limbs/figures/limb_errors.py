@@ -174,7 +174,7 @@ class RadiusScaleFigure(Figure):
         )
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Record the median error of the first camera against the scale, and one limb on its sphere."""
+        """Record the first camera's median error as a function of the error scale, and one limb on its sphere."""
         record_on_sphere(inputs, begin, "log10_scale_per_mille", "radius_scale")
 
 

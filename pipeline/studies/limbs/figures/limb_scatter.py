@@ -193,7 +193,7 @@ def _options(inputs: Inputs) -> ReconstructibilitySweep:
 
 
 def _running(values: np.ndarray, error: np.ndarray, clip: np.ndarray) -> pd.DataFrame:
-    """Running median and quartiles of the error, each over the trials nearest in rank of reconstructibility.
+    """Running median and quartiles of the error, over a moving window of trials sorted by reconstructibility.
 
     The interval of the median is over the clips of these trials.
     """

@@ -117,7 +117,7 @@ class Postures(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Return a chart, for the page only, of the rms error of every walker from the middle view."""
+        """Return a chart of each walker's RMS error from the middle view; it appears only on the page."""
         compared = methods.chosen(inputs.sweep.methods.tolist())
         views = inputs.sweep.demonstration_view_deg
         middle = views[len(views) // 2]
