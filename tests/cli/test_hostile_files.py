@@ -237,8 +237,8 @@ def test_durations_of_another_form_are_a_sentence(tmp_path: Path, header: str) -
 
 
 def test_published_numbers_without_a_column_are_a_sentence() -> None:
-    with rejects("no_column", "published.csv", column="commit"):
-        filled({}, {name: np.zeros(1) for name in COLUMNS if name != "commit"})
+    with rejects("no_column", "published.csv", column="value"):
+        filled({}, {name: np.zeros(1) for name in COLUMNS if name != "value"})
 
 
 def test_a_picture_and_a_chart_that_are_none_are_sentences(tmp_path: Path) -> None:
