@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from pipeline import formats, mappings
-from pipeline.cli.output import tell_json, tell_section, tell_table
+from pipeline.cli.output import exists, tell_json, tell_section, tell_table
 from pipeline.cli.walkers import options_of
 from pipeline.clips.walks import walk_in
 from pipeline.ingestion import joints, nearest_joints
@@ -388,7 +388,7 @@ def look(arguments: Sequence[str]) -> int:
     """
 
     as_json, arguments = "--json" in arguments, [item for item in arguments if item != "--json"]
-    folder = next((Path(item) for item in arguments if Path(item).is_dir()), None)
+    folder = next((Path(item) for item in arguments if exists(item) and Path(item).is_dir()), None)
     table, inspected = folder is not None and not {"details=true", "details=1"} & {*arguments}, []
     for findings in inspect(arguments):
         if not table and not as_json:

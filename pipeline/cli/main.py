@@ -348,7 +348,8 @@ def _run(arguments: Sequence[str]) -> int:
         if {"--help", "-h"} & set(others):
             print(_help_of(first))
             return 0
-        if others and Path(others[0]).exists() and "--json" not in others:
+        # The method of Path raises for names that are too long.
+        if others and os.path.exists(others[0]) and "--json" not in others:  # noqa: PTH110
             print(f"reading {others[0]}", flush=True)
         elif "--json" not in others:
             _announce(first, others)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import sys
 import textwrap
@@ -15,6 +16,11 @@ from pipeline.validation import printable
 MIN_WRAPPED = 12
 """Smallest width of the last column of a table."""
 _CODES = {"bold": "1", "dim": "2"}
+
+
+def exists(name: str) -> bool:
+    """Return True if an argument names a file or folder; False if it is too long for a name."""
+    return os.path.exists(name)  # noqa: PTH110 - the method of Path raises for long names
 
 
 def tell_json(value: Any) -> None:

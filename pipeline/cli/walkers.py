@@ -11,7 +11,7 @@ import numpy as np
 
 from pipeline import formats, mappings
 from pipeline.cli.options import Options, filled
-from pipeline.cli.output import tell
+from pipeline.cli.output import exists, tell
 from pipeline.clips.options import Locomotion
 from pipeline.clips.walks import walk_in
 from pipeline.core import camera, fourier, linear_model, reconstruction
@@ -62,7 +62,7 @@ def options_of(arguments: Sequence[str], kind: type[Options], *, usage: str) -> 
     InvalidInput
         If an option is unknown or has the wrong type, or the arguments do not name exactly one source.
     """
-    sources = [item for item in arguments if "=" not in item or Path(item).exists()]
+    sources = [item for item in arguments if "=" not in item or exists(item)]
     options = filled(kind, [item for item in arguments if item not in sources])
     if len(sources) != 1:
         raise InvalidInput(

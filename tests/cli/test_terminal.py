@@ -11,6 +11,7 @@ import pytest
 from rich.console import Console
 
 from pipeline.cli.inspect import look
+from pipeline.cli.output import exists
 from pipeline.cli.summary import Outcome, claims_table, summarise
 from pipeline.skeleton import WALKER15
 from pipeline.synthetic import walkers
@@ -109,3 +110,8 @@ def test_a_first_line_comes_before_any_library(command: str, line: str, tmp_path
     first, second = python("-c", script, command, source).stdout.splitlines()
     assert first == f"{line} {tmp_path if line == 'reading' else command}"
     assert second == "[]"
+
+
+def test_an_argument_too_long_for_a_file_name_is_no_file() -> None:
+    assert not exists("experiment=" + "zhang2007_fig5," * 40)
+    assert exists(".")

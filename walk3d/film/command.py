@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 
 from pipeline.cli.options import filled
-from pipeline.cli.output import tell, tell_section
+from pipeline.cli.output import exists, tell, tell_section
 from walk3d.film.reconstruct import words
 from walk3d.film.reconstruct.writing import Reconstruct, run
 
@@ -46,9 +45,7 @@ def reconstruct(arguments: Sequence[str]) -> int:
     model_folder=DIR           your own model, as written by `model`
     """
     strict, arguments = FAIL in arguments, [item for item in arguments if item != FAIL]
-    if arguments and (
-        "=" not in arguments[0] or Path(arguments[0]).exists()
-    ):  # a path alone, as in other commands
+    if arguments and ("=" not in arguments[0] or exists(arguments[0])):  # a path alone, as in other commands
         arguments = [f"input.path={arguments[0]}", *arguments[1:]]
     _, summary, folder = run(filled(Reconstruct, arguments), lambda words: tell(words, "dim"), _progress)
     (_, reasons), *others = words.facts(summary)
