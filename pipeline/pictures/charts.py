@@ -180,7 +180,7 @@ def _draw_rows(axes: Axes, chart: Chart, lines: Sequence[Line]) -> None:
 
 
 def _turned(chart: Chart, lines: Sequence[Line]) -> tuple[Chart, list[Line]]:
-    """Return a chart of rows with abscissa and ordinate exchanged; ends of error bars become points."""
+    """Return a chart of rows with the two axes exchanged; the ends of error bars become points."""
     references = [replace(reference, x=reference.y, y=None) for reference in chart.references]
     points = [
         replace(line, x=values, y=line.x, style=replace(line.style, line="points"))

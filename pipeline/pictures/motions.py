@@ -1,4 +1,4 @@
-"""One motion in front of a camera: image, reconstructions from the side, a plan from above, and errors."""
+"""Picture of one filmed motion: camera images, reconstructions from the side, a plan from above, and error charts."""
 
 from __future__ import annotations
 

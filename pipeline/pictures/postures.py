@@ -92,7 +92,7 @@ def draw_postures(
 
 
 def _centred(row: PostureRow) -> np.ndarray:
-    """Return original and reconstruction (2, n, J, 2).
+    """Return original and reconstructed postures of a row, (2, n, J, 2), each pair centred horizontally.
 
     Each pair of postures is centred on the horizontal mean of its original.
     """

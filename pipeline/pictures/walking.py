@@ -1,4 +1,4 @@
-"""Animated SVG of a walker: the points that a camera sees, next to the reconstruction, which turns.
+"""Animated SVG of a walker: the points that a camera sees, next to the reconstruction seen from a turning view.
 
 The file has no script: ``<animate>`` elements move the points and bones.
 """
@@ -70,9 +70,9 @@ def draw_walking(
     )
     if len(original) % len(observed):
         raise InvalidInput(
-            "the turning view does not cover whole cycles",
+            "the turning view does not cover a whole number of gait cycles",
             path,
-            "a multiple of the frames in a cycle",
+            "a multiple of the number of frames in a gait cycle",
             code="not_whole_cycles",
         )
     pairs = np.asarray(bones)

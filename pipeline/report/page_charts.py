@@ -78,7 +78,7 @@ def _short(values: np.ndarray) -> list[float | int | None]:
 
 
 def _band_words(chart: Chart, tables: Mapping[str, Any], caption: str) -> str:
-    """Return the meaning of the bands of a chart.
+    """Return a text that explains what the bands of a chart show.
 
     For synthetic people, it may be the range that the caption names.
     """

@@ -1,4 +1,4 @@
-"""Compact data of the page's players: walkers, and clips with their cameras.
+"""Compact data of walkers and film clips for the page's players, which reconstruct them in the browser.
 
 `walkers` returns the Fourier representations of all walkers in single precision, a tenth of the bytes of all folds.
 The browser trains each fold from them like `core.linear_model`, and reconstructs like `core.reconstruction`; plug-ins
@@ -38,7 +38,7 @@ CLIP_ARRAYS = (
     "stretch",
 )
 AS_CHOSEN = "as_chosen."
-"""Prefix of the arrays of park2011's figure 4 in which each limb selects its mirror image by itself."""
+"""Prefix of the arrays of park2011's figure 4 in which each limb selects its mirror image independently."""
 
 MAX_CLIPS = 4
 
@@ -53,7 +53,7 @@ COLUMNS: Mapping[str, Mapping[str, tuple[str, ...]]] = {
         )
     },
 }
-"""Table columns with which the browser compares its own results, by figure and table."""
+"""Table columns with which the browser checks the results that it computes, by figure and table."""
 
 
 def columns_of(figure: str) -> dict[str, set[str]]:

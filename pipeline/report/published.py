@@ -157,7 +157,9 @@ def read_published(folder: Path, figures: Sequence[str]) -> Published:
         else:
             finished[name] = PublishedFigure(name, folder / name, read_manifest(folder / name))
     if not finished:
-        raise InvalidInput("no figure is published", folder, "one or more", code="nothing_published")
+        raise InvalidInput(
+            "the results folder has no published figure", folder, "one or more", code="nothing_published"
+        )
     claims = folder / "claims.csv"
     files = [claims] if claims.is_file() else visible(folder, "*/claims.csv")
     with as_written(folder / "claims.csv"):

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import jinja2
 
 _LARGEST = 32767
-"""Largest integer that `quantised` uses, a signed integer of 16 bits."""
+"""Largest signed integer of 16 bits, to which `quantised` scales the largest value."""
 _FOLDER = Path(__file__).resolve().parent / "page"
 
 _LIGHTER = {
