@@ -1,4 +1,6 @@
-"""Compiled loops: one of several processes compiles, a compiled loop may call another, and equals the plain one."""
+"""Tests of compiled loops: processes do not compile the same loop at once, and compiled results equal those of plain
+Python.
+"""
 
 from __future__ import annotations
 

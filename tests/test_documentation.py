@@ -1,4 +1,4 @@
-"""Parts of the documentation that come from the sources: complete, and built without a warning."""
+"""Tests that the generated parts of the documentation are complete, and that it is built without a warning."""
 
 from __future__ import annotations
 

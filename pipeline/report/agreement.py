@@ -51,7 +51,7 @@ class Numbers:
 
 
 def numbers_of(results: Published) -> Numbers:
-    """Return our values of claims and quantities on the page's own data set; quantities are computed from the tables."""
+    """Return our values of claims and quantities on the page's data set; quantities are computed from the tables."""
 
     def quantity(name: str) -> float:
         item = papers.quantity(name.removeprefix(BASELINE))
