@@ -1,4 +1,4 @@
-"""Reading recordings: their entities, views and columns, and a digest of their content."""
+"""Functions that read recordings: their entities, views, columns, and a digest of their content."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from rerun.error_utils import RerunWarning
 from pipeline.validation import InvalidInput
 
 _NOT_CONTENT = "/__properties"
-"""Entities with the name of the recording, not its data."""
+"""Path of the entities that contain the recording's name instead of data."""
 
 
 def entities(path: Path) -> tuple[str, ...]:
@@ -29,7 +29,7 @@ def entities(path: Path) -> tuple[str, ...]:
 
 
 def views(path: Path) -> tuple[tuple[str, str], ...]:
-    """Return the views of a recording's layout, sorted: (kind, title), e.g. ``("3D", "walkers")``."""
+    """Return the kind and title of each view in a recording's layout, sorted, e.g. ``("3D", "walkers")``."""
     reader, result = _reader(path), set()
     for layout in reader.blueprints():
         for chunk in reader.stream(store=layout).to_chunks():
@@ -43,7 +43,7 @@ def views(path: Path) -> tuple[tuple[str, str], ...]:
 def read_column(
     path: Path, entity: str, component: str, index: str | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return index values and data of one component, ordered along the index.
+    """Return the timeline values and the data of one component of an entity, in the order of the timeline.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def read_column(
 
 
 def digest(path: Path) -> str:
-    """Return the sha256 of a recording's content, independent of ids, chunks and the order of writing.
+    """Return the sha256 of a recording's content, which does not depend on ids, chunks and the order of writing.
 
     Covers entities, components, timelines, their values and the data; not the name nor the layout.
 
@@ -141,7 +141,7 @@ def _chunks(path: Path) -> list[Chunk]:
 
 
 def _dense(array: pa.Array, where: str) -> np.ndarray:
-    """Return nested lists of equal lengths as one array."""
+    """Return nested lists of equal lengths as one NumPy array."""
     shape: list[int] = []
     while pa.types.is_list(array.type) or pa.types.is_fixed_size_list(array.type):
         rows = len(array)
@@ -155,7 +155,7 @@ def _dense(array: pa.Array, where: str) -> np.ndarray:
 
 
 def _content(array: pa.Array) -> bytes:
-    """Return the content of an array as bytes, independent of its offsets and buffers."""
+    """Return the content of a column as bytes, independent of its memory layout."""
     kind = array.type
     if pa.types.is_list(kind) or pa.types.is_large_list(kind):
         return array.value_lengths().to_numpy(zero_copy_only=False).tobytes() + _content(array.flatten())

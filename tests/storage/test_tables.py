@@ -1,4 +1,6 @@
-"""Tables: a written table is read unchanged, equal numbers give equal bytes, and bad tables are rejected."""
+"""Tests of tables: written tables are read unchanged, equal numbers give equal bytes, and invalid tables are
+rejected.
+"""
 
 import csv
 import errno
