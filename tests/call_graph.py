@@ -65,9 +65,7 @@ class CallGraph:
         self.bodies[name] = (module, reference)
 
     def resolve(self, name: str) -> str:
-        """Return the dotted name under which an object is defined, or the given name if the project does not define
-        it.
-        """
+        """Return the dotted name under which an object is defined, or the given name if it is not in the project."""
         for _ in range(20):
             head, _, last = name.rpartition(".")
             finite = self.modules.get(head, {}).get(last)
@@ -82,9 +80,7 @@ class CallGraph:
         return name
 
     def reached(self, starts: Iterable[str]) -> set[str]:
-        """Return the dotted names of all functions that the given functions and modules may call, including
-        themselves.
-        """
+        """Return the dotted names of all functions that the given functions may call, including themselves."""
         waiting, result, attributes = list(starts), set(), set()
         while waiting:
             name = waiting.pop()

@@ -89,9 +89,7 @@ def standing(joints: np.ndarray) -> np.ndarray:
 def trials(
     seed: int = 4, noise_mm: float = 0.0, seconds: float = 4.0
 ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """Return all markers of a walk and of a standing trial, with y up; tests remove the markers that they do not
-    need.
-    """
+    """Return all markers of a walk and of a standing trial, with y up; tests remove the markers they do not need."""
     output = walkers.walking_population(
         np.random.default_rng(seed),
         male=1,

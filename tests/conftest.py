@@ -1,7 +1,5 @@
 # ruff: noqa: E402 - threads are set before anything is imported
-"""Settings of all tests: one BLAS thread, profiles of hypothesis, and figures that are computed once per test
-session.
-"""
+"""Settings of all tests: one BLAS thread, profiles of hypothesis, and figures that are computed once per session."""
 
 from __future__ import annotations
 
@@ -121,10 +119,9 @@ def figure() -> Callable[..., Outcome]:
 
 @pytest.fixture(scope="session")
 def synthetic_tables(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, np.ndarray]]:
-    """Tables of the papers' figures for all synthetic people at coarse steps, by names such as
-    ``zhang2007_fig5/table_walkers``.
+    """Tables of the papers' figures for all synthetic people at coarse steps, by figure and table name.
 
-    ``table.csv`` goes by the figure's name alone.  Figures that no claim of a paper rests on are not among them.
+    Names are ``zhang2007_fig5/table_walkers`` or, for ``table.csv``, the figure's name alone.  Figures that no claim of a paper rests on are not among them.
     """
     from rich.console import Console
 
@@ -158,9 +155,7 @@ def synthetic_tables(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict
 
 @pytest.fixture(scope="session")
 def smoke_results(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Results folder with every figure at ``scale=smoke``, with pictures and recordings, from one run of the command
-    line.
-    """
+    """Results folder with every figure at ``scale=smoke``, computed by one run of the command line."""
     from tests.processes import python
 
     results = tmp_path_factory.mktemp("smoke")

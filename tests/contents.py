@@ -52,9 +52,7 @@ def columns_of(figure: str) -> dict[str, list[str]]:
 
 
 def sharing_a_class(figures: Collection[str]) -> dict[str, list[str]]:
-    """Return, by class of options, the further figures that share the class with the given figures and may change
-    with them.
-    """
+    """Return the further figures that share a class of options with the given figures, by class."""
     from pipeline.cli.compose import compose_figures
 
     users: dict[str, list[str]] = {}

@@ -29,9 +29,7 @@ from tests.made_up_walker import WALKER
 ROOT = Path(__file__).resolve().parent.parent
 GROUPS = ("data", "dataset", "model", "sweep", "figure")
 LARGEST = 100
-"""Largest ratio of a range's end to the default value; more distant ends are left out, because they would run for
-hours.
-"""
+"""Largest ratio of a range's end to the default value; a run with a more distant end would take hours."""
 
 
 def tree(kind: type[Any]) -> dict[str, Any]:

@@ -1,5 +1,4 @@
-"""Digits of the smoke-scale tables that are equal on all processors, measured by computing the tables with several
-kernels.
+"""Measurement of the digits in smoke-scale tables that are the same for all processors and BLAS kernels.
 
 python -m tests.golden_digits [FIGURE ...]
     Make the tables of all figures (or of those named) under every setting, one process to each, and renew their rows of

@@ -125,9 +125,7 @@ def manifest(original: bytes, rng: np.random.Generator) -> bytes:
 
 
 def arrays(original: bytes, rng: np.random.Generator) -> bytes:
-    """Return an NPZ file with a changed array, shape or type, or with changed bytes, at the same level of
-    compression.
-    """
+    """Return an NPZ file with a changed array, shape or type, or with changed bytes."""
     if len(original) < 100:  # no member
         return text(original, rng)
     with zipfile.ZipFile(io.BytesIO(original)) as before:

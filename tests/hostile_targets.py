@@ -79,9 +79,7 @@ def targets(folder: Path) -> list[Target]:
 
 
 def make_figure(results: Path) -> Path:
-    """Compute one figure in this process, so that forked processes have the modules loaded; return the results
-    folder.
-    """
+    """Compute one figure in this process, so that forked processes have its modules; return the results folder."""
     assert program.main([*SMALL, f"results={results}"]) == 0
     return results
 

@@ -22,9 +22,7 @@ PERIOD, SPEED = 118.5, 11.0
 
 
 def blocks(gender: float, period: float, size: float, speed: float) -> np.ndarray:
-    """Return coefficients (5, 46) of a synthetic walker, shifted by a quarter stride, with x forwards and y to the
-    left.
-    """
+    """Return coefficients (5, 46) of a synthetic walker, a quarter stride later, with x forwards and y to the left."""
     p0, p1, q1, p2, q2 = synthetic_walker(gender)[0]
     later = np.stack([p0, -q1, p1, -p2, -q2])
     by_axis = np.stack([later[..., 1], -later[..., 0], later[..., 2]], axis=1).reshape(5, -1)
@@ -33,9 +31,7 @@ def blocks(gender: float, period: float, size: float, speed: float) -> np.ndarra
 
 
 def walker() -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Return the mean walker (5, 46) and the axes of variation; all axes are multiples of the difference between the
-    sexes.
-    """
+    """Return the mean walker (5, 46) and the axes of variation, all multiples of the difference between the sexes."""
     mean = blocks(0.5, PERIOD, 1.0, SPEED)
     difference = (blocks(1.5, PERIOD + 1.0, 1.0, SPEED + 0.5) - mean).round(4)
     shares = np.array([1.0, 0.5, -0.25, 0.2])

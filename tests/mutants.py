@@ -153,9 +153,7 @@ def write(path: Path, rows: Iterable[dict[str, str]]) -> None:
 
 
 def summary(rows: Sequence[dict[str, str]]) -> str:
-    """Return a text with the number and the percentage of detected mutants of each package, and the undetected
-    mutants.
-    """
+    """Return a text with the number and percentage of detected mutants of each package, and the undetected ones."""
     drawn = Counter(row["package"] for row in rows)
     noticed = Counter(row["package"] for row in rows if row["noticed_by"])
     lines = [

@@ -77,9 +77,7 @@ class NearestTests:
         return result
 
     def nearest(self, function: str, *, files: int) -> list[str]:
-        """Return the names of the nearest tests in at most `files` files, nearest first, including the module's
-        doctests.
-        """
+        """Return the module's doctests and the nearest tests in at most `files` files, nearest first."""
         distances = self.distances(function)
         module = function
         while module not in self.graph.modules:

@@ -77,9 +77,7 @@ RULES = ("words", "names", "first_words", "sentences", "brackets", "messages")
 
 
 def paragraphs(markdown: str) -> Iterator[tuple[int, str]]:
-    """Yield line number and text of each paragraph and list item of a page, without code, tables, comments and
-    headings.
-    """
+    """Yield line number and text of each paragraph and list item, without code, tables, comments and headings."""
     text = re.sub(
         r"^```.*?^```", lambda match: "\n" * match[0].count("\n"), markdown, flags=re.DOTALL | re.MULTILINE
     )

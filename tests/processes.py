@@ -94,7 +94,7 @@ class Forked:
         os.kill(self.pid, number)
 
     def communicate(self) -> tuple[str, str]:
-        """Wait until the process and its children have ended; return the remaining output and record the exit status."""
+        """Wait for the end of the process and its children; return the remaining output and record the exit status."""
         patience = threading.Timer(WAIT_S, os.killpg, (self.pid, signal.SIGKILL))
         patience.start()
         message = self.stdout.read(), self.stderr.read()  # little enough for the pipe of the second

@@ -1,4 +1,4 @@
-"""Tests that the article quotes only published numbers, and that ``codecheck.yml`` names the outputs of a full sweep."""
+"""Tests that the article quotes only published numbers, and that ``codecheck.yml`` names the sweep's outputs."""
 
 from __future__ import annotations
 

@@ -51,9 +51,7 @@ def codes(complaints: list[Complaint]) -> dict[str, bool]:
 
 
 def standing(hip_width: float = 160.0) -> np.ndarray:
-    """Return a person in a constant posture, (9, 15, 3) mm, with simple dimensions such as thighs and shanks of 400
-    mm.
-    """
+    """Return a person in a constant posture, (9, 15, 3) mm, with simple sizes such as thighs of 400 mm."""
     heights = {"head": 1500, "sternum": 1300, "shoulder": 1300, "elbow": 1000, "wrist": 750, "pelvis": 900}
     heights |= {"hip": 900, "knee": 500, "ankle": 100}
     sides = {"shoulder": 180.0, "elbow": 200.0, "wrist": 220.0}
@@ -391,9 +389,7 @@ def with_hips_at_pelvis(body: np.ndarray) -> np.ndarray:
 
 
 def with_hips_at_asis(body: np.ndarray) -> np.ndarray:
-    """Return joints with the hips at the front of the pelvis, where markers on the anterior superior iliac spines
-    lie.
-    """
+    """Return joints with the hips moved to the anterior superior iliac spines (ASIS) of the pelvis."""
     right = body[:, HIPS[1]] - body[:, HIPS[0]]
     forward = np.cross([0.0, 0.0, 1.0], right)
     forward /= np.linalg.norm(forward, axis=-1, keepdims=True)
@@ -421,9 +417,7 @@ SPOILT: dict[str, tuple[Callable[[np.ndarray], np.ndarray], float, int, int]] = 
 
 
 def recorded(kind: str, limit: int) -> list[tuple[str, np.ndarray, np.ndarray, float]]:
-    """Return joints of up to `limit` public recordings of walks or other actions, taking one recording per person
-    first.
-    """
+    """Return joints of up to `limit` public recordings of walks or other actions, alternating between people."""
     with (ROOT / "data" / "sources.csv").open(newline="") as stream:
         listed = [
             row for row in csv.DictReader(stream) if row["skeleton"] in mappings.shipped() and row["trial"]

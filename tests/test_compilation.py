@@ -1,6 +1,4 @@
-"""Tests of compiled loops: processes do not compile the same loop at once, and compiled results equal those of plain
-Python.
-"""
+"""Tests of compiled loops: one process compiles them for all, and their results equal those of plain Python."""
 
 from __future__ import annotations
 

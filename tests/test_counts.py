@@ -141,8 +141,9 @@ def test_targets_are_in_no_count_of_a_paper_and_in_a_group_of_their_own() -> Non
 
 @pytest.mark.parametrize("data", DATA)
 def test_the_ledger_that_is_kept_has_the_published_counts(data: str) -> None:
-    """The claims in each light archive have the published numbers of verdicts; `make archive LIGHT=1 DATA=…` renews
-    it.
+    """The claims in each light archive have the published numbers of verdicts.
+
+    `make archive LIGHT=1 DATA=…` renews an archive.
     """
     rows = tables.read_rows(ROOT / "results" / "archive" / "light" / data / "claims.csv")
     if "short" not in rows[0]:

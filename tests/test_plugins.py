@@ -291,9 +291,7 @@ def broken(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 def test_a_plug_in_that_fails_to_import_is_one_sentence(
     broken: None, say: Callable[..., CommandResult], tmp_path: Path
 ) -> None:
-    """Commands that do not need the broken plug-in run with a remark; an unknown method is reported with the
-    plug-in's name.
-    """
+    """A plug-in that cannot be imported causes a remark, or an error in one sentence if its method is needed."""
     answer = say("equations", "zhang2004")
     assert answer.status == 0
     assert answer.err.startswith("the plug-in broken is ignored: it cannot be loaded (ModuleNotFoundError")

@@ -1,6 +1,4 @@
-"""Tests of parallel processing: results keep their order, errors are raised, and killed worker processes are
-replaced.
-"""
+"""Tests of parallel processing: results keep their order, errors are raised, and killed workers are replaced."""
 
 from __future__ import annotations
 

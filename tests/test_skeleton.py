@@ -28,9 +28,7 @@ def motion(names: tuple[str, ...], positions: object) -> MotionCapture:
 
 
 def mapped(source: MotionCapture, rules: SourceMapping, *names: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return some joints and the frames in which they are valid; other joints of legs and pelvis are mapped to an
-    unseen point.
-    """
+    """Return some joints and the frames in which they are valid; further leg joints are mapped to an unseen point."""
     unseen = np.full((len(source.valid), 1, 3), np.nan)
     whole = motion((*source.names, "REST"), np.concatenate([source.positions_mm, unseen], axis=1))
     rest = {joint: {"REST": 1.0} for joint in LOWER_BODY if joint not in names}

@@ -33,9 +33,7 @@ def build(source: Path, to: Path, umask: int) -> Path:
 
 
 def install(wheel: Path, folder: Path) -> Path:
-    """Install a wheel and the packages of ``requirements-light.lock`` in a new environment; return the path of its
-    Python.
-    """
+    """Install a wheel and its locked packages in a new environment; return the path of its Python."""
     subprocess.run([sys.executable, "-m", "venv", str(folder)], check=True)
     python = folder / "bin" / "python"
     lock = ["--require-hashes", "-r", str(ROOT / "requirements-light.lock")]

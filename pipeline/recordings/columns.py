@@ -125,8 +125,7 @@ def vector(where: str, values: Any) -> np.ndarray:
 def band(
     entity: str, places: np.ndarray, low: np.ndarray, high: np.ndarray
 ) -> tuple[np.ndarray, Extent, list[Any]] | None:
-    """Return the mask of the rows with a complete interval, the bounding box of the intervals, and the columns of the
-    band.
+    """Return a mask of the rows with complete intervals, their bounding box, and the columns of the band.
 
     A band is stored as a measurement at its middle, with half its width as the standard deviation.  The result is None
     if no row has both ends.

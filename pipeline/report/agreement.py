@@ -1,6 +1,4 @@
-"""Sentences on the report page about the claims that our results confirm, with the numbers of the data set that
-decides.
-"""
+"""Sentences on the report page about claims that our results confirm, with numbers of the data set that decides."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""Benchmarks: speed of our code relative to other libraries and plain loops, growth of the cost with size, and whole
-papers.
+"""Benchmarks of speed: our code relative to other libraries, growth of the cost with size, and whole papers.
 
   python -m tests.benchmarks [NAME ...] [OPTION=VALUE ...]      all by default
 

@@ -47,9 +47,7 @@ class Shot:
 
 
 def shot(frames: int, *, noise_px: float = 0.0) -> Shot:
-    """Return a moving body and its images; joint angles have 5 cosine components per 100 frames, so the pace is
-    constant.
-    """
+    """Return a moving body and its images; the body moves at the same pace for every number of frames."""
     generator = np.random.default_rng(2011)
     body = synthetic_body(generator, frames, bandwidth=max(3, frames // 20))
     camera = around(frames, target=body.root_mm, sweep_rad=np.pi / 2)

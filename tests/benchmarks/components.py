@@ -1,5 +1,4 @@
-"""Number of components for 95 and 95.5 % of the variance, for synthetic people whose motion is disturbed; nothing is
-timed.
+"""Number of components for 95 and 95.5 % of the variance, for synthetic people with disturbed motion.
 
 Option: `populations`, of 80 people each.  A walk of eight seconds is disturbed before its Fourier representation,
 and goes the way of a recording (zhang2004: 226 numbers with the frequency).  Numbers are means over populations.
@@ -63,9 +62,7 @@ def cycles(positions: np.ndarray) -> np.ndarray:
 
 
 def tissue(positions: np.ndarray, rms_mm: float, rng: np.random.Generator) -> np.ndarray:
-    """Return joints with added oscillations at the first two harmonics of the stride, `rms_mm` on average over
-    people.
-    """
+    """Return joints with added oscillations of `rms_mm` at the first two harmonics of the stride."""
     angle = 2.0 * np.pi * cycles(positions)
     waves = np.stack([f(h * angle) for h in (1, 2) for f in (np.sin, np.cos)], axis=1)
     amplitudes = rms_mm / np.sqrt(2.0) * rng.standard_normal((4, *positions.shape[1:]))

@@ -60,9 +60,7 @@ def _row(folder: Path, name: str) -> Row:
 
 
 def _aligned(found: np.ndarray, truth: np.ndarray) -> tuple[np.ndarray, float]:
-    """Return points rotated about the vertical and scaled to fit the ground truth by least squares, and the scale
-    factor.
-    """
+    """Return points rotated about the vertical and scaled to fit the ground truth, and the scale factor."""
     a, b = found[..., 0] + 1j * found[..., 1], truth[..., 0] + 1j * truth[..., 1]
     level = a * np.exp(1j * np.angle((a.conj() * b).sum()))
     points = np.stack([level.real, level.imag, found[..., 2]], axis=-1)

@@ -41,7 +41,7 @@ def run() -> list[Row]:
 
 
 def _late(path: Path) -> list[tuple[str, float, float]]:
-    """Return the delay of each event after the ankle's nearest turning point, in s, with the duration of the cycle."""
+    """Return the kind of each event, its delay after the ankle's nearest turning point, cycles, and the cycle, s."""
     data = path.read_bytes()
     parameters = read_parameters(data, read_header(data, path.name), path.name, [])
     times = np.array(parameters.numbers("EVENT:TIMES")).reshape(-1, 2) @ [60.0, 1.0]

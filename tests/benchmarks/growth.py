@@ -210,7 +210,7 @@ def _sweeping(walkers: int) -> Work:
 
 
 def _here(job: str, size: int) -> dict[str, float]:
-    """Run one job three times in this process, and return its shortest processor time, s, and its peak memory."""
+    """Run one job three times in this process, and return its shortest processor time, s."""
     with tempfile.TemporaryDirectory() as name:
         prepare: dict[str, Callable[[], Work]] = {
             "synchronize": lambda: _synchronizing(size),

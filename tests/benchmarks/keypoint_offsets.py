@@ -74,9 +74,7 @@ def folder_of_film(asks: str) -> Path:
 
 
 def centres(path: Path, times: np.ndarray) -> np.ndarray:
-    """Return the optical centres (T, 12, 3), mm, of `JOINTS` at the film's times: to the walker's right, forwards,
-    up.
-    """
+    """Return optical joint centres (T, 12, 3), mm, at the film's times: to the walker's right, forwards, up."""
     recorded = json.loads(path.read_text(encoding="utf-8"))
     bodies = [f"{CENTRES[joint.split('_')[1]]}_{joint[0]}" for joint in JOINTS]
     points = 1e3 * np.stack([recorded["bodies"][body]["translation"] for body in bodies], axis=1)
@@ -91,9 +89,7 @@ def centres(path: Path, times: np.ndarray) -> np.ndarray:
 def _offsets(
     truth: np.ndarray, image: np.ndarray, seen: np.ndarray, focal_px: float
 ) -> tuple[np.ndarray, np.ndarray, float]:
-    """Return the offset (3,) of each kind of joint from the mean offset, its standard error, mm, and the rms
-    residual, px.
-    """
+    """Return the offset of each kind of joint from the mean offset, its standard error, mm, and the residual, px."""
     side = np.array([*_OUTWARDS.values()] * _KINDS)
     mirror = np.stack([side, np.ones_like(side), np.ones_like(side)], axis=-1)
     kind = np.arange(2 * _KINDS) // 2

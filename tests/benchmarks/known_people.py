@@ -43,7 +43,7 @@ USUAL = Condition(kind="usual", level="usual")
 
 
 def run() -> list[Row]:
-    """Return one row for each laboratory, number of known people, and use of the between-laboratory variance."""
+    """Return one row for each laboratory, number of known people, and allowance for unfamiliar laboratories."""
     experiment = compose(["experiment=keypoints_headings", "data=many"])
     try:
         walks = experiment.data.request(WALKS, experiment.skeleton, 1, 1).make()
@@ -83,9 +83,7 @@ def _rows(walks: Walks, laboratory: str) -> list[Row]:
 
 
 def _errors(walks: Walks, walk: int, truth: TrainingWalk, heading: int, prior: Prior) -> tuple[float, float]:
-    """Return the joint error, mm, and the knee error, degrees, of one simulated film, with the same random numbers
-    each time.
-    """
+    """Return the joint error, mm, and the knee error, degrees, of one simulated film."""
     filming = Filming(heading_rad=float(np.radians(heading)), speed_mm_s=belt_speed_mm_s(truth))
     generator = derive_generator(2007, f"known people {walk} {heading}")
     simulated = film(generator, walks, walk, DetectorError(), filming, longest_s=3.0)

@@ -1,6 +1,4 @@
-"""Time to compute the errors of approach II for 625 values of sigma² at 181 views of every walker, with trained
-models.
-"""
+"""Time to compute the errors of approach II for 625 values of sigma² at 181 views of every walker."""
 
 from __future__ import annotations
 

@@ -31,9 +31,7 @@ def over_range(coefficients: np.ndarray, training: np.ndarray) -> float:
 
 
 def _shares(people: np.ndarray, components: int, noise_mm: float) -> Iterator[tuple[float, float]]:
-    """Yield, for each left-out person and view, the percentages outside the range from a noisy image and from 3D
-    data.
-    """
+    """Yield, for each left-out person and view, the percentages outside the range, from an image and from 3D data."""
     rng = derive_generator(0, "noise of images")  # the same numbers for all sizes
     for model, number in linear_model.leave_one_out(people, components):
         training = (np.delete(people, number, axis=0) - model.mean) @ model.components.T

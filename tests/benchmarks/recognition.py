@@ -46,7 +46,7 @@ def _postures(preset: str) -> tuple[Postures, ActionSpaceModel]:
 def placed(
     options: ActionSpaceModel, learnt: LearntAction, postures: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, float]:
-    """Return a motion (F, 37) in an aSpace, linear and synchronized (P, b), and its cost per sample.
+    """Project a motion (F, 37) into an action space; return it normalised and synchronized, (P, b), and its cost.
 
     The cost is relative to the mean squared deviation of a frame of the action.
     """

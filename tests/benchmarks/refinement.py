@@ -27,7 +27,7 @@ PARENTS = (-1, 0, 1, 1, 3, 4, 1, 6, 7, 0, 9, 10, 0, 12, 13)
 
 FRAMES, ROUNDS = 300, 3
 NEAR, FAR = 0.02, 0.06
-"""Small and large perturbation of the six first cosine coefficients in an initial estimate."""
+"""Small and large perturbation of the first six cosine coefficients in an initial estimate."""
 
 SAME = 1e-4
 """Relative distance below which two sets of positions count as the same minimum."""
@@ -59,9 +59,7 @@ class Clip:
 
 
 def clip(frames: int, components: int, *, away: float = NEAR, noise_px: float = 1.0) -> Clip:
-    """Return limbs that move smoothly in front of a moving camera, their noisy images, and a perturbed initial
-    estimate.
-    """
+    """Return smoothly moving limbs in front of a moving camera, with noisy images and a perturbed initial estimate."""
     generator = np.random.default_rng(2011)
     limbs = len(PARENTS) - 1
     basis = cosine_basis(frames, components)

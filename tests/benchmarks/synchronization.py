@@ -180,9 +180,7 @@ def _another_problem(
     paths: Callable[[], object],
     with_paths: Callable[[], object],
 ) -> list[Row]:
-    """Return rows for a library that uses a different distance, with all pairs and with all pairs including their
-    paths.
-    """
+    """Return rows for a library with a different distance: all pairs, and all pairs with their paths."""
     pairs = PERFORMANCES * (PERFORMANCES - 1)
     unlike = float("nan")
     rows = [

@@ -59,9 +59,7 @@ def run(data: str = "synthetic,optical,cmu,many", folder: str = "") -> list[Row]
 
 
 def _defined(overrides: list[str], clips: Walks, pelvis: str, sternum: str) -> np.ndarray:
-    """Return the Fourier representations (R, 5, 15, 3), mm, of people, with the given definitions of pelvis and
-    sternum.
-    """
+    """Return Fourier representations (R, 5, 15, 3), mm, of people with these definitions of pelvis and sternum."""
     switched = [*overrides, f"dataset.pelvis={pelvis}", f"dataset.sternum={sternum}"]
     dataset = compose(["experiment=zhang2007_fig5", *switched]).dataset
     return np.asarray(dataset.build(clips, workers=1).coefficients)

@@ -1,6 +1,4 @@
-"""Time to estimate view angle and coefficients by global search, compared with SciPy's trust region from one initial
-value.
-"""
+"""Time to estimate view angle and coefficients by global search, compared with SciPy's trust-region method."""
 
 from __future__ import annotations
 

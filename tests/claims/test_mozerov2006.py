@@ -151,9 +151,7 @@ def test_the_spectrum_sums_to_the_whole_and_keeps_the_smallest_number(synthetic_
 
 
 def test_the_learnt_spread_is_the_variance_that_is_left(synthetic_tables: Tables) -> None:
-    """The learnt variance, summed over dimensions and averaged over samples, equals the variance left after
-    synchronization.
-    """
+    """The sum of the learnt variances, averaged over samples, equals the variance left after synchronization."""
     model = synthetic_tables["mozerov2006_fig3/table_model"]
     stages = synthetic_tables["mozerov2006_fig3/table_stages"]
     (left,) = stages["variance_left"][stages["stage"] == "synchronized"]

@@ -88,9 +88,7 @@ def test_missing_points_are_imputed(synthetic_tables: Tables) -> None:
 
 
 def test_bounds_lie_under_what_was_found_and_what_was_found_under_the_truth(synthetic_tables: Tables) -> None:
-    """The lower bound of J is at most J of the estimated signs, which is at most J of the true signs if it is proved
-    optimal.
-    """
+    """The lower bound of J is at most J of the estimated signs; proved signs have at most J of the true signs."""
     for name in ("park2011_fig3a", "park2011_fig3b", "park2011_fig3c"):
         table = synthetic_tables[name]
         room = 1e-6 * np.abs(table["objective"]) + 1e-6

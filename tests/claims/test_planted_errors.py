@@ -260,9 +260,7 @@ def eight_per_cent_small(data: FourierSamples) -> FourierSamples:
 
 
 def half_the_frequency(data: FourierSamples) -> FourierSamples:
-    """Represent every eighth walker at half the stride frequency, so that the fundamental becomes the second
-    harmonic.
-    """
+    """Represent every eighth walker at half the stride frequency, so that the fundamental is the second harmonic."""
     those = some(data, 8)
     coefficients, residual = data.coefficients.copy(), data.residual_covariance.copy()
     second = coefficients[those, 3:5]

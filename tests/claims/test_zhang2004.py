@@ -82,9 +82,7 @@ def test_both_papers_find_the_same_harmonics_in_the_same_walkers(synthetic_table
 
 
 def test_opposite_profiles_miss_the_same_dimension(synthetic_tables: Tables) -> None:
-    """The views from -90 and +90 degrees have the same missing variance and the same error, because they are
-    mirrored.
-    """
+    """Views from -90 and +90 degrees, which are mirrored, have the same missing variance and the same error."""
     table = synthetic_tables["zhang2004_fig4"]
     for column in ("missing_variance_mm2", "absolute_error_mm2"):
         left = table[column][table["view_angle_deg"] == -90.0]

@@ -153,9 +153,7 @@ def test_the_missing_variance_does_not_depend_on_the_approach(synthetic_tables: 
 
 
 def test_opposite_profiles_miss_the_same_dimension(synthetic_tables: Tables) -> None:
-    """The views from -90 and +90 degrees have the same missing variance and the same error, because they are
-    mirrored.
-    """
+    """Views from -90 and +90 degrees, which are mirrored, have the same missing variance and the same error."""
     for column in ("missing_variance_mm2", "absolute_error_mm2"):
         for method in (LEAST_SQUARES, MAP):
             values = rows(synthetic_tables, "zhang2007_fig5", method, column)

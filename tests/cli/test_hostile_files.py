@@ -48,9 +48,7 @@ def _never_waits() -> Iterator[None]:
 
 
 def sealed_with(**changes: Any) -> Callable[[Path], None]:
-    """Return a function that changes entries of a manifest, or removes those that are None, and seals the manifest
-    again.
-    """
+    """Return a function that changes or removes entries of a manifest, and seals the manifest again."""
 
     def spoil(folder: Path) -> None:
         facts = read_manifest(folder)

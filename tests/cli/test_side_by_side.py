@@ -281,7 +281,7 @@ def test_on_a_terminal_one_display_names_what_runs_and_what_is_left() -> None:
 
 @needs_fork
 def test_each_figure_has_a_process_of_its_own_and_hands_on_the_cores_that_it_owes(tmp_path: Path) -> None:
-    """Each figure has its own process, and a figure whose lent core is in use gets the spare core instead."""
+    """Each figure has its own process, and passes the cores that it has not returned to the next figure."""
 
     def make(experiment: Any, folder: Path, at: Callable[[str], None]) -> Failure:
         before = processes.cores_not_returned()

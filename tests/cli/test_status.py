@@ -90,9 +90,7 @@ def test_it_says_that_the_figures_own_code_changed(results: Path, monkeypatch: p
 
 @pytest.fixture
 def edited_readers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """Copy of the sources, used for the keys of stages, with an additional constant in every reader, mapping and
-    fetcher.
-    """
+    """Copy of the sources with an additional constant in every reader, mapping and fetcher."""
     copy = tmp_path / "pipeline"
     shutil.copytree(plugins.PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
     for folder in ("formats", "mappings", "fetch"):

@@ -37,9 +37,7 @@ def archived(tmp_path: Path) -> Path:
 
 
 def making(monkeypatch: pytest.MonkeyPatch, off: float) -> list[str]:
-    """Replace the computation of figures by results whose errors differ by a factor; return the list of computed
-    figures.
-    """
+    """Replace computed figures by results whose errors differ by a factor; return the list of figure names."""
     names: list[str] = []
     repeated.clear()
 

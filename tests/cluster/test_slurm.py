@@ -1,5 +1,4 @@
-"""Tests of figures computed by Dask workers in Slurm jobs, with two nodes on this machine, a killed node and a
-cancelled job.
+"""Tests of figures computed in Slurm jobs on two local nodes, with a killed node and a cancelled job.
 
 Needs Debian's packages slurmctld, slurmd, slurm-client and munge (`make test-cluster`).
 """

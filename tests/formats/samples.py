@@ -40,9 +40,7 @@ class Sample:
     damage: Damage
 
     def copy(self, folder: Path, seed: int) -> tuple[Path, int]:
-        """Write a damaged copy, or an undamaged copy if `seed` is -1; return the path to read and the total size,
-        bytes.
-        """
+        """Write a damaged copy (undamaged if `seed` is -1); return the path to read and the total size, bytes."""
         rng = np.random.default_rng(max(seed, 0))
         files = dict(self.files)
         if seed >= 0:

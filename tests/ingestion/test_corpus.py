@@ -1,6 +1,4 @@
-"""Tests of the recordings of a data set: they are found, read once, and rejected if they differ from the listed
-files.
-"""
+"""Tests of a data set's recordings: they are found, read once, and rejected if they are not the listed files."""
 
 from __future__ import annotations
 

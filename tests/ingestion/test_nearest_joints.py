@@ -1,6 +1,4 @@
-"""Tests of proposed mappings, which find joints by the positions of the points if the point names give no
-information.
-"""
+"""Tests of proposed mappings, which find joints by the positions of points if their names do not help."""
 
 from __future__ import annotations
 

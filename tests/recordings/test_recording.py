@@ -121,9 +121,7 @@ def test_a_camera_stands_where_it_was_and_its_frustum_looks_at_what_it_saw(tmp_p
 
 
 def test_a_film_is_seen_through_its_camera(tmp_path: Path) -> None:
-    """Points in space at the image's corners and off the optical axis are unchanged after projection and
-    back-projection.
-    """
+    """The camera of a recorded film is read back with the same orientation, position and focal length."""
     inner = np.array([[50.0, 0.0, 32.0], [0.0, 50.0, 24.0], [0.0, 0.0, 1.0]])
     # Right, down, away: the camera looks along +y, pitched by 0.2, from 1 m above the ground.
     c, s = np.cos(0.2), np.sin(0.2)

@@ -1,6 +1,4 @@
-"""Small published folders for tests, written without computing a figure, and a function that opens pages in a
-browser.
-"""
+"""Small published folders for tests, written without computing a figure, and pages opened in a browser."""
 
 from __future__ import annotations
 

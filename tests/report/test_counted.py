@@ -1,6 +1,4 @@
-"""Tests of the report page's layout: labels are complete, nothing moves or overflows, and numbers agree with the
-tables.
-"""
+"""Tests of the report page: labels are complete, nothing moves or overflows, and numbers agree with tables."""
 
 from __future__ import annotations
 

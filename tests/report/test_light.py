@@ -251,7 +251,7 @@ def test_a_run_with_changed_options_is_kept_under_its_name(tmp_path: Path, lock:
 def test_a_table_that_would_be_too_large_unpacked_is_left_out(
     results: Path, lock: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The archive omits a table that is larger than the limit for unpacked files, because it could not be read again."""
+    """The archive omits a table that is larger than the limit for unpacked files."""
     size = (results / "zhang2007_fig5" / "table_many.csv").stat().st_size
     for bound, left_out in ((size, False), (size - 1, True)):
         monkeypatch.setattr(light, "MAX_UNPACKED_BYTES", bound)

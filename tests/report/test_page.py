@@ -413,9 +413,7 @@ def test_figures_of_our_own_claims_stand_under_them_and_none_stands_twice(tmp_pa
 def test_a_plug_in_brings_scripts_and_the_columns_that_they_read(
     results: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A plug-in's scripts run before the page starts, and its table columns are embedded; other pages do not contain
-    them.
-    """
+    """The report page contains the scripts and table columns of a plug-in only if the plug-in is loaded."""
     plain = page_of(results)[0]
     script = tmp_path / "mine.js"
     script.write_text("const Mine = 2007;\n", encoding="utf-8")

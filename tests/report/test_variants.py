@@ -13,9 +13,7 @@ from tests.report.planted import CLAIM, plant
 
 @pytest.fixture
 def run(tmp_path: Path) -> Path:
-    """Multirun folder with three finished variants of one figure, not in alphabetical order, and one unfinished
-    variant.
-    """
+    """Multirun folder with three finished variants and one unfinished variant of a figure."""
     folder = tmp_path / "scratch" / "2026-11-22_06-00"
     for job, components in ((10, 30), (2, 20), (0, 10)):
         plant(

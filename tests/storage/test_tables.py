@@ -1,6 +1,4 @@
-"""Tests of tables: written tables are read unchanged, equal numbers give equal bytes, and invalid tables are
-rejected.
-"""
+"""Tests of tables: they are read as written, equal numbers give equal bytes, and invalid tables are rejected."""
 
 import csv
 import errno

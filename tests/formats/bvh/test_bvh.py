@@ -317,7 +317,7 @@ def moved(vector: np.ndarray) -> np.ndarray:
 
 
 class Writer:
-    """Writer of a BVH file with a random hierarchy, which also computes the positions of one frame with 4×4 matrices."""
+    """Writer of a BVH file with a random hierarchy, with the positions of one frame from 4×4 matrices."""
 
     def __init__(self, generator: np.random.Generator, count: int) -> None:
         self.generator = generator
