@@ -121,7 +121,8 @@ def figure() -> Callable[..., Outcome]:
 def synthetic_tables(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, np.ndarray]]:
     """Tables of the papers' figures for all synthetic people at coarse steps, by figure and table name.
 
-    Names are ``zhang2007_fig5/table_walkers`` or, for ``table.csv``, the figure's name alone.  Figures that no claim of a paper rests on are not among them.
+    Names are ``zhang2007_fig5/table_walkers`` or, for ``table.csv``, the figure's name alone.
+    Figures that no claim of a paper rests on are not among them.
     """
     from rich.console import Console
 

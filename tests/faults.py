@@ -195,7 +195,7 @@ def _old(result: Path, to: Path) -> None:
 
 
 def failures(case: Case, template: Path, arena: Path, fault: tuple[str, int, int]) -> list[str]:
-    """Run a command with one failing call and then again without, and return the errors of both runs."""
+    """Run a command with one failing call, run it again without a failure, and return the errors of both runs."""
     inside, log = arena / "inside", arena / "log"
     shutil.rmtree(inside, ignore_errors=True)
     shutil.copytree(template, inside, symlinks=True)

@@ -46,7 +46,7 @@ VARIABLES = ("OPENBLAS_CORETYPE", "NPY_DISABLE_CPU_FEATURES", "NUMBA_CPU_NAME")
 
 
 def settings() -> dict[str, dict[str, str]]:
-    """Return the environment variables of each numerical setting that this processor can run, by name of the setting."""
+    """Return the environment variables of each numerical setting that this processor can run, by setting."""
     has = {name for name, start in simd.__cpu_features__.items() if start}
     result: dict[str, dict[str, str]] = {"default": {}}
     result |= {kernel: {"OPENBLAS_CORETYPE": kernel} for kernel, needs in KERNELS.items() if needs in has}

@@ -1,4 +1,4 @@
-"""Processes that tests start: each has a generous time limit, and is ended with its pipes closed."""
+"""Processes that tests start: each has a generous time limit, and is killed with its pipes closed at the end."""
 
 from __future__ import annotations
 

@@ -139,7 +139,7 @@ FROM_OUTSIDE = {
     "scipy": {"core", "synthetic", "studies", "walk3d.anatomy", "walk3d.film"},
     "numpy": {"*"},
 }
-"""Packages that may import each external package."""
+"""Packages of the project that may import each external package."""
 
 STUDIES = {
     path.parent.name

@@ -374,7 +374,7 @@ def test_the_gravest_comes_first() -> None:
 
 
 def exchanged(first: list[int], second: list[int]) -> Callable[[np.ndarray], np.ndarray]:
-    """Return a function that exchanges the joints of the two lists."""
+    """Return a function that exchanges each joint of one list with the corresponding joint of another list."""
     order = list(range(15))
     for single, other in zip(first, second, strict=True):
         order[single], order[other] = order[other], order[single]

@@ -55,7 +55,7 @@ def test_every_option_says_what_it_means() -> None:
 def test_a_table_has_type_default_bounds_unit_and_meaning() -> None:
     @dataclass
     class Sweep:
-        """A sweep.
+        """Sweep of a figure, with three options.
 
         Attributes
         ----------

@@ -35,7 +35,7 @@ def test_the_first_error_comes_through(workers: int) -> None:
 
 
 def meeting(folder: Path, n: int) -> int:
-    """Return the process number, after another process has taken the other of two items."""
+    """Return the number of this process, after another process has taken the other of two work items."""
     (folder / str(n)).touch()
     while not (folder / str(1 - n)).exists():
         time.sleep(0.0005)

@@ -37,7 +37,7 @@ The layout is computed with DejaVu Sans, whose letters are wider.
 """
 
 TITLE_SIZE, NOTE_SIZE, SMALL_SIZE = 8, 7, 6.5
-"""Font sizes, points, of titles, of notes inside the axes, and of labels of small parts."""
+"""Font sizes, points, of titles, of notes inside the axes, and of small labels."""
 
 NOTE_COLOUR = "#404040"
 
@@ -62,7 +62,7 @@ LEGEND_LINE = 0.24
 LINE_STYLES: dict[str, Any] = {"solid": "-", "dashed": "--", "dotted": ":", "points": "none"}
 
 LINE_WIDTH, REFERENCE_WIDTH, LEGEND_WIDTH = 1.2, 0.7, 0.9
-"""Line widths, points: of a series, of a reference, and the smallest width in a legend."""
+"""Line widths, points: of a series, of a reference line, and the smallest width in a legend."""
 
 REFERENCE_DASHES, PUBLISHED_DASHES = (0, (1, 1.6)), (0, (5, 2))
 """Dash patterns of reference lines, and of published values."""

@@ -153,5 +153,5 @@ def rgb(where: str, colour: str) -> tuple[int, int, int]:
 
 
 def partitioned(columns: Any, rows: int, each: int) -> list[Any]:
-    """Return columns of ``rows * each`` values, divided into rows of `each` values."""
+    """Divide recording columns of ``rows * each`` values into rows of `each` values."""
     return [*columns.partition([each] * rows)]

@@ -209,7 +209,7 @@ def _hidden(view: Space3D | Image2D) -> dict[Any, Any] | None:
 
 
 def _ordered(view: View, limits: tuple[float, float]) -> tuple[float, float]:
-    """Return the limits of an axis; if both are equal, add a margin of 1 on either side."""
+    """Return the limits of an axis; equal limits get a margin of 1 on either side."""
     low, high = limits
     if low == high:
         return low - 1.0, high + 1.0

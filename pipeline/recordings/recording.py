@@ -30,7 +30,7 @@ from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput, require_finite, require_shape
 
 _FOOTER = b"RRF2FOOT"
-"""Marker near the end of every complete file, in front of the version."""
+"""Bytes near the end of every complete recording file, in front of the version number."""
 
 _FRUSTUM = 0.3
 """Length of a camera's frustum, relative to the distance from the camera to its image plane."""
@@ -124,7 +124,7 @@ class Recording:
             # If the disk is full, the library only logs it.
             if _FOOTER not in written.read():
                 what = "cannot write results: the recording is truncated"
-                raise InvalidInput(what, self.path.name, "space on the disk", code="truncated")
+                raise InvalidInput(what, self.path.name, "enough space on the disk", code="truncated")
 
     def skeleton(
         self,
@@ -451,7 +451,7 @@ class Recording:
 
 
 def _path(words: str) -> str:
-    """Return words in the form of one part of an entity's path."""
+    """Convert words to the form of one part of an entity's path, such as ``minus_30``."""
     words = re.sub(r"-(?=[0-9])", "minus_", words.replace("µ", "mu"))
     return re.sub(r"[^A-Za-z0-9]+", "_", words).strip("_")
 

@@ -1,4 +1,4 @@
-"""Assembly of the page from the folders of published figures: an entry for each paper and each figure.
+"""Assembly of the report page, which has an entry for each paper and each published figure.
 
 `pipeline/report/page` has the template, the style and the scripts.  ``conf/paper`` has the sentences on the papers.
 """
@@ -18,21 +18,21 @@ from pipeline.storage.publishing import new_file
 from pipeline.validation import InvalidInput
 
 PAGE = "index.html"
-"""File name of the page."""
+"""File name of the report page."""
 
 MAX_BYTES = 2_200_000
-"""Size limit of the page, bytes. A larger page is slow to open and too large for mail."""
+"""Size limit of the report page, bytes. A larger page is slow to open and too large for mail."""
 TUTORIAL = "tutorial"
 """Folder of the tutorial's pictures, in ``results`` and in a light archive."""
 
 _TITLE, _HEAD_BYTES = b"<title>3D motion from 2D motion: ", 1000
-"""Text at the start of every page that this module writes, and number of bytes at the start that are searched for it.
+"""Text that identifies a report page, and number of bytes at the start of a file that are searched for it.
 
 A file without this text is not replaced.
 """
 
 MIN_PICTURE_WIDTH = 700
-"""Smallest width of the pictures on the page, px, even if the page then exceeds its size limit."""
+"""Smallest width of the pictures on the report page, px, even if the page then exceeds its size limit."""
 
 _SCRIPTS = (
     "walker.js",

@@ -1,4 +1,4 @@
-"""Entries of the report page: papers, figures, claims and tables, as plain values for its template."""
+"""Entries of the report page for papers, figures, claims and tables, as plain values for the HTML template."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def paper_entry(
     entries: Mapping[str, dict[str, Any]],
     others: Mapping[str, Sequence[Mapping[str, Any]]] | None = None,
 ) -> dict[str, Any]:
-    """Return the entry of a paper: sentences with our values, verdicts, and figures.
+    """Return the page's entry of a paper, with sentences that quote our values, verdicts, and figures.
 
     `others` are the claims of other data sets: sentences on recorded people, and counts for comparison.
     """

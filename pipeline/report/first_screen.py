@@ -35,7 +35,7 @@ FIGURE = "zhang2007_fig5"
 """Name of the figure from which the walker and the curve are drawn."""
 
 VIEW_DEG = 0.0
-"""View angle of the walker, degrees: straight from behind, where the image shows least of the depth."""
+"""View angle of the walker, degrees: from behind, where the image contains least information on depth."""
 _FRAMES, _CYCLES, _FIRST = 20, 5, 12
 """Frames per gait cycle, gait cycles per turn of the walker, and index of the frame in the still picture."""
 

@@ -99,7 +99,7 @@ def abscissae(rows: Sequence[Mapping[str, Any]]) -> dict[str, Abscissa]:
 
 
 def ledger_picture(results: Published, *, listed: Path | None = None) -> dict[str, Any]:
-    """Return the data from which the page's script draws the ledger, or an empty dict if there are no claims.
+    """Return the data of the claims picture for the page's script, or an empty dict if there are no claims.
 
     Parameters
     ----------
@@ -162,7 +162,7 @@ def _words(row: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _claim_numbers(row: Mapping[str, Any], axes: Mapping[str, Abscissa]) -> dict[str, Any]:
-    """Return values, positions and verdicts for the row of a claim.
+    """Return our value of a claim, its position and its verdicts, from the claim's row in ``claims.csv``.
 
     The result is empty if the row has no value, and has no positions if the claim has no axis.
     """
@@ -186,7 +186,7 @@ def _claim_numbers(row: Mapping[str, Any], axes: Mapping[str, Abscissa]) -> dict
 
 
 def _numbers(axis: Abscissa | None, value: float, low: Any, high: Any, agreement: str) -> dict[str, Any]:
-    """Return a value, its verdict, its position on the axis, and the interval if there is one."""
+    """Return the picture data of one value: number, verdict, position on the axis, and interval if there is one."""
     entry = {"value": _short(value), "verdict": agreement, "tone": tone(agreement)}
     if axis:
         entry["at"] = _at(axis.place(value))

@@ -28,7 +28,7 @@ MAX_BYTES, METADATA_BYTES = 10_000_000, 500_000
 """Size limits, bytes, of the whole archive and of its metadata."""
 
 RECORDINGS_BYTES = 1_000_000
-"""Size, bytes, that is reserved for recordings when tables are written."""
+"""Bytes of the archive that are reserved for recordings when the tables are written."""
 
 PLAIN_BYTES = 20_000
 """Size, bytes, above which a table is compressed."""

@@ -69,7 +69,7 @@ def columns_of(figure: str) -> dict[str, set[str]]:
 
 
 def walkers(figure: PublishedFigure | None) -> tuple[dict[str, Any], str]:
-    """Return the walkers for the browser; or an empty dict, and the reason why there are none.
+    """Return the data of walkers for the browser, or an empty dict with the reason why no walker is available.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ def errors_of_walkers(
 
 
 def clips(figure: PublishedFigure | None) -> tuple[dict[str, Any], str]:
-    """Return one clip of each action of park2011_fig4 for the browser; or an empty dict, and the reason."""
+    """Return one clip of each action of park2011_fig4 for the browser, or an empty dict with the reason."""
     if figure is None:
         return {}, "park2011_fig4 is not made yet"
     if absent := [name for name in CLIP_ARRAYS if AS_CHOSEN + name not in figure.arrays]:

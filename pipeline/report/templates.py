@@ -1,4 +1,4 @@
-"""Templates, style, scripts and packed values that all pages share."""
+"""Templates, style sheets and scripts of the HTML pages, and encoding of values for these pages."""
 
 from __future__ import annotations
 

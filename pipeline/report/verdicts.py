@@ -1,4 +1,4 @@
-"""Style classes and meanings of the verdicts on the page."""
+"""CSS classes and meanings of the verdicts on the report page."""
 
 from __future__ import annotations
 

@@ -259,7 +259,7 @@ def _row(label: str, problems: list[tuple[np.ndarray, Limb]], limit_s: float, sc
             for run in runs:
                 if run.proved and mine.proved and abs(run.objective - mine.objective) > 1e-4 * mine.objective:
                     raise SystemExit(
-                        f"the answers differ: {mine.objective:.8g} and SCIP's {run.objective:.8g}"
+                        f"two proved optima of J differ: ours is {mine.objective:.8g}, SCIP's is {run.objective:.8g}"
                     )
             peers.append(runs)
         reached = float(np.median([min(run.seconds_to_target for run in runs) for runs in peers]))

@@ -49,6 +49,6 @@ def run(arguments: Sequence[str], folder: Path) -> Used:
     _, status, usage = os.wait4(child.pid, 0)
     child.returncode = os.waitstatus_to_exitcode(status)
     if child.returncode:
-        raise SystemExit(f"python {' '.join(arguments)} ended with {child.returncode}")
+        raise SystemExit(f"python {' '.join(arguments)} ended with exit status {child.returncode}")
     wall_s = time.perf_counter() - started
     return Used(wall_s, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / PER_MEGABYTE, output)

@@ -50,7 +50,7 @@ SIZES = {
     "placement of 33": (10.0,),
     "overground": (8.0, 2.5),
 }
-"""Sizes of each disturbance."""
+"""Sizes of each kind of disturbance, in mm, per cent or seconds."""
 
 Walker = tuple[float, np.ndarray]  # speed, mm/s; joints (T, 15, 3), mm, to spare beyond `FRAMES`
 

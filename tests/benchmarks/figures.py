@@ -26,7 +26,7 @@ def run(
     checkouts = {"ours": HERE} | ({"reference": Path(reference).resolve()} if reference else {})
     for checkout in checkouts.values():
         if not (checkout / "pipeline" / "__main__.py").is_file():
-            raise SystemExit("reference must be a checkout of this project")
+            raise SystemExit("the option reference must name a checkout of this project")
     target = figures.split(",") if figures else list(plugins.conf_files("experiment"))
     rows = []
     for figure in target:

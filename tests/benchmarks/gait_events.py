@@ -36,7 +36,9 @@ def run() -> list[Row]:
             for kind, late, period in _late(path):
                 result[kind].append((person, late, period))
     if not any(result.values()):
-        raise SystemExit("gait_events: no recording of biomechzoo")
+        raise SystemExit(
+            "gait_events: no recording of biomechzoo was found; set MOCAP_MIRROR or run make data"
+        )
     return [_row(kind, events) for kind, events in result.items()]
 
 

@@ -178,7 +178,7 @@ def _tracking(particles: int, frames: int) -> Work:
 
 
 def _population(walkers: int) -> np.ndarray:
-    """Return random walkers (R, 225), mm, with the mean and covariance of 80 synthetic walkers and added white noise."""
+    """Return random walkers (R, 225), mm, with mean and covariance of 80 synthetic walkers and added white noise."""
     from tests.benchmarks.inputs import samples
 
     generator, people = np.random.default_rng(3), samples()

@@ -69,7 +69,9 @@ def folder_of_film(asks: str) -> Path:
     """Return the folder with the film, its keypoints and the optical joint centres."""
     folder = Path(os.environ.get("KEYPOINTS_RECORDINGS", "")) / "mediapipe_oblique_with_truth"
     if not (folder / "sample_mocap.json").is_file():
-        raise SystemExit(f"{asks}: needs KEYPOINTS_RECORDINGS, with mediapipe_oblique_with_truth in it")
+        raise SystemExit(
+            f"{asks}: set KEYPOINTS_RECORDINGS to the folder that contains mediapipe_oblique_with_truth"
+        )
     return folder
 
 

@@ -56,7 +56,7 @@ def programmes(trials: int) -> Iterator[tuple[int, int, float, int]]:
 def solve(
     stretches: LimbStretches, seed: int, frames: int, components: int, noise_px: float, number: int
 ) -> Row:
-    """Solve one programme without a proof and with a time limit for the proof, and return a row."""
+    """Solve one programme twice, without and with time for a proof of optimality, and return a row."""
     whole = SWEEP.trial(stretches, number, SWEEP.cameras[number % len(SWEEP.cameras)], seed)
     spare = stretches.positions.shape[1] - frames
     start = int(derive_generator(seed, f"sweep:part:{number}").random() * (spare + 1))

@@ -138,7 +138,7 @@ def run() -> list[Row]:
         problem = clip(FRAMES, components)
         result, theirs = problem.ours(), peer(problem, analytic=analytic).swapaxes(0, 1)
         if not result.converged:
-            raise SystemExit(f"{components} components: ours has not converged")
+            raise SystemExit(f"our refinement with {components} components has not converged")
         agreement = relative_difference(result.positions[:, 1:], theirs, at_most=SAME)
         seconds = min(cpu_seconds(problem.ours) for _ in range(ROUNDS))
         far = clip(FRAMES, components, away=FAR)

@@ -208,7 +208,7 @@ def _another_problem(
 
 
 def _growth() -> list[Row]:
-    """Return the time per node as performances, frames (with a fixed or a growing band) and the band grow."""
+    """Return rows with the time per node for growing numbers of performances and frames, and for a growing band."""
     jobs: list[tuple[str, Callable[..., object], list[tuple[int, int, int]]]] = [
         ("performances, paths", synchronization.synchronize_all, [(m, FRAMES, BAND) for m in (40, 100, 300)]),
         ("frames, paths", synchronization.synchronize_all, [(12, p, BAND) for p in (100, 500, 1000, 2000)]),

@@ -25,7 +25,7 @@ def _cell(value: str | int | float) -> str:
 
 
 def write(path: Path, rows: Sequence[Row]) -> None:
-    """Write the rows as CSV."""
+    """Write the rows of a benchmark as a CSV file."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("w", encoding="utf-8", newline="") as file:
         table = csv.DictWriter(file, fieldnames=list(rows[0]), lineterminator="\n")

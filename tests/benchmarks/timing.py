@@ -70,7 +70,9 @@ def relative_difference(ours: np.ndarray, theirs: np.ndarray, *, at_most: float)
     """
     difference = float(np.abs(ours - theirs).max() / np.abs(theirs).max())
     if not difference <= at_most:
-        raise SystemExit(f"the answers differ by {difference:.2g} of the largest, more than {at_most:g}")
+        raise SystemExit(
+            f"the results differ by {difference:.2g} of the largest magnitude, more than {at_most:g}"
+        )
     return difference
 
 

@@ -48,7 +48,7 @@ def run() -> list[Row]:
     differences = np.abs((angle - peer[..., 0] + np.pi) % (2 * np.pi) - np.pi)
     same = differences < SAME_RAD
     if (cost > peer[..., 1] * (1.0 + 1e-6)).any() or not same.any():
-        raise SystemExit("the peer found a lower minimum, or never the same one")
+        raise SystemExit("SciPy found a lower minimum than the global search, or never the same minimum")
     whole = len(rows) * len(VIEWS_RAD)
     outcome = f"same minimum in {same.sum()}" + ("" if same.all() else f", a worse one in {(~same).sum()}")
     return [

@@ -78,7 +78,9 @@ def read_column(
             tables.append(pa.table({"index": keys, "value": batch.column(component)}))
     if not tables:
         raise InvalidInput(
-            f"no column {component} on {index or 'no timeline'}", where=f"{path}, {entity}", code="no_column"
+            f"the entity has no column {component} on {index or 'no timeline'}",
+            where=f"{path}, {entity}",
+            code="no_column",
         )
     table = pa.concat_tables(tables).sort_by("index").combine_chunks()
     keys = table["index"].to_numpy()
@@ -131,7 +133,7 @@ def _reader(path: Path) -> RrdReader:
             reader.store()  # needs the footer, which only a finished file has
     except (RerunWarning, ValueError, RuntimeError, OSError) as error:
         raise InvalidInput(
-            "not a complete recording", where=str(path), received=str(error), code="damaged"
+            "the file is not a complete recording", where=str(path), received=str(error), code="damaged"
         ) from error
     return reader
 
@@ -147,7 +149,9 @@ def _dense(array: pa.Array, where: str) -> np.ndarray:
         rows = len(array)
         flat = array.flatten()
         if not rows or len(flat) % rows or len(set(array.value_lengths().to_pylist())) != 1:
-            raise InvalidInput("rows of different lengths", where=where, code="other_length")
+            raise InvalidInput(
+                "the rows of a column have different lengths", where=where, code="other_length"
+            )
         shape.append(rows if not shape else rows // int(np.prod(shape)))
         array = flat
     values = array.to_numpy(zero_copy_only=False)

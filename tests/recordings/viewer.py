@@ -36,7 +36,9 @@ def verify(path: Path) -> None:
     try:
         run = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT_S, check=False)
     except subprocess.TimeoutExpired as error:
-        raise InvalidInput("the check did not end in time", where=str(path), code="too_slow") from error
+        raise InvalidInput(
+            "the viewer did not verify the recording within the time limit", where=str(path), code="too_slow"
+        ) from error
     if run.returncode:
         message = (run.stderr or run.stdout).strip().splitlines() or ["no reason given"]
         raise InvalidInput(

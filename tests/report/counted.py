@@ -1,6 +1,8 @@
 """Measurement of a report page in a browser, and comparison of the page's numbers with the tables.
 
-``python -m tests.report.counted FOLDER`` prints the result.  The counts are of a browser at three widths, in light and dark colours, with reduced motion, and in print.
+``python -m tests.report.counted FOLDER`` prints the result.
+
+The counts are of a browser at three widths, in light and dark colours, with reduced motion, and in print.
 """
 
 from __future__ import annotations
