@@ -13,7 +13,9 @@ from pipeline.core.limb_chain import Chain
 
 @dataclass(frozen=True)
 class LimbTree:
-    """Choices for some limbs of a chain, from the root outwards.  Immutable: methods return new trees.
+    """Solutions of some limbs of a chain, from the root outwards.
+
+    The tree is immutable: its methods return new trees.
 
     Attributes
     ----------
@@ -43,7 +45,9 @@ class LimbTree:
         return self.end(self.chain.ways[joint][-1]) + choice.hits.radius * choice.directions
 
     def placed(self, limb: str, choice: LimbChoice) -> LimbTree:
-        """Return the tree with this choice for a limb, without the earlier choices for the limb's descendants."""
+        """Return the tree with a new solution for one limb, and without the earlier solutions of the limb's
+        descendants.
+        """
         unchanged = {
             name: other for name, other in self.choices.items() if limb not in (name, *self.chain.ways[name])
         }

@@ -21,15 +21,15 @@ from pipeline.shortened import shortened
 from pipeline.validation import require_range
 
 _WORK = 400_000
-"""Work of a search in one turn (sweeps times frames times components), about two milliseconds."""
+"""Work of one search before the other search continues, in multiplications; about two milliseconds."""
 
 OPERATIONS_PER_S = 300_000_000
-"""Operations that count as one second of a time limit: about what one core of 2024 does in a second."""
+"""Number of operations that count as one second of a time limit; about the speed of one processor core of 2024."""
 
 
 @shortened
 class BinarySolution:
-    """Signs with their cost, and a lower bound of the cost of all signs.
+    """Optimal or best known signs of a limb with their cost, and a lower bound of the cost of all possible signs.
 
     Attributes
     ----------
@@ -78,7 +78,7 @@ def minimise(
     time_limit_s: float = 1.0,
     relax_below: float = 0.0,
 ) -> BinarySolution:
-    """Return the signs s that minimise J(s) = ||c||² - ||B^T c||², c = m + s u [park2011 10, 11, 12].
+    """Return the signs s that minimise J(s) = ||c||² - ||B^T c||² for the points c = m + s u [park2011 10, 11, 12].
 
     A lower bound of J over all signs is returned too.
 
@@ -147,7 +147,7 @@ def minimise(
 def _solution(
     programme: Programme, values: np.ndarray, bound: float, gap: float, boxes: int, steps: int
 ) -> BinarySolution:
-    """Return the solution with its mirror and a comparison of both."""
+    """Return the solution for a limb together with its mirror solution and the ratio of their costs."""
     objective = programme.objective(values)
     other, other_objective = values, np.inf
     rounding = programme.allowance(objective)
@@ -178,12 +178,12 @@ def _solution(
 
 
 def _signs(values: np.ndarray) -> np.ndarray:
-    """Return the signs (F,), -1 or +1, nearest to the values."""
+    """Return the sign (F,), -1 or +1, of each relaxed value."""
     return np.where(values < 0, -1, 1)
 
 
 def _margin(other: float, here: float, rounding: float) -> float:
-    """Return the ratio of the greater cost to the lesser.
+    """Return the mirror margin: the cost of the mirror solution divided by the cost of the best solution.
 
     1 if both are rounding errors, infinite if only the lesser is zero.
     """
