@@ -93,7 +93,10 @@ def hand_held(
         If the camera does not have frames of one K, an amplitude is negative, or the target is none.
     """
     if camera.frames is None or camera.intrinsics.ndim > 2 or camera.centre.ndim < 2:
-        raise InvalidInput("a hand-held camera path needs a centre for each frame, and one intrinsic matrix K for all frames", code="not_a_path")
+        raise InvalidInput(
+            "a hand-held camera path needs a centre for each frame, and one intrinsic matrix K for all frames",
+            code="not_a_path",
+        )
     require_range("sway_mm", sway_mm, at_least=0.0)
     require_range("tremor_mm", tremor_mm, at_least=0.0)
     frames = camera.frames

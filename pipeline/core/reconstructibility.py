@@ -134,7 +134,9 @@ def of_clip(limbs: Sequence[Reconstructibility]) -> Reconstructibility:
     """
     if not limbs:
         raise InvalidInput(
-            "the reconstructibility of a clip needs at least one limb", expected="one limb or more", code="no_limbs"
+            "the reconstructibility of a clip needs at least one limb",
+            expected="one limb or more",
+            code="no_limbs",
         )
     truth, impostor = (np.hypot.reduce([getattr(x, name) for x in limbs]) for name in ("truth", "impostor"))
     return _compared(truth, impostor, 0.0)

@@ -1,5 +1,4 @@
-"""Reconstructed 3D motion of a skeleton, with diagnostics: residuals, limb lengths, and a test for upside-down images.
-"""
+"""Reconstructed 3D motion of a skeleton, with checks of residuals, limb lengths and upside-down images."""
 
 from __future__ import annotations
 

@@ -184,7 +184,7 @@ def on_sphere(rays: Rays, radius: float, *, adjust: Adjustment = Adjustment.per_
         raise InvalidInput(
             "no image ray meets the sphere around the parent joint in front of the camera",
             expected="a frame with an image of the joint, a camera and a parent position",
-            received=f"{len(finite)} frames: {(~finite).sum()} without data, {finite.sum()} with the joint behind the camera",
+            received=f"{(~finite).sum()} of {len(finite)} frames without data, {finite.sum()} with the joint behind",
             code="no_ray_hits",
             missing=(~finite).sum(),
             behind=finite.sum(),

@@ -631,8 +631,7 @@ def prepare(rows, kind, kappa, start, gains, worth, links):  # type: ignore[no-u
 
 @compiled_with_free_sums
 def search_suffixes(p, tree, best, found, gap, allowance, budget):  # type: ignore[no-untyped-def]
-    """Continue the suffix search for about `budget` nodes; write better signs and their cost into `found` and `best`.
-    """
+    """Continue the suffix search for about `budget` nodes; write better signs into `found`, their cost into `best`."""
     rows, gains, worth, links, state, ahead, predicted, off, spent, signs, rest, ends, counts = (
         tree.rows, tree.gains, tree.worth, tree.links, tree.state, tree.ahead, tree.predicted, tree.off,
         tree.spent, tree.signs, tree.rest, tree.ends, tree.counts,

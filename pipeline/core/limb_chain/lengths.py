@@ -101,7 +101,9 @@ def demanded_length(
     distances = rays.distance[rays.ahead > 0.0]
     if not distances.size:
         raise InvalidInput(
-            "no image ray constrains the length of the limb", expected="a frame with an image of the joint, a camera and a parent position", code="no_rays"
+            "no image ray constrains the length of the limb",
+            expected="a frame with an image of the joint, a camera and a parent position",
+            code="no_rays",
         )
     return np.quantile(distances, quantile)
 

@@ -229,7 +229,10 @@ def continuous_angles(directions: np.ndarray, *, chart: np.ndarray | None = None
     chart = farthest_chart(units[frames]) if chart is None else np.asarray(chart, float)
     if chart.shape != (3, 3) or not np.abs(chart @ chart.T - np.eye(3)).max() < 1e-9:
         raise InvalidInput(
-            "the matrix of the angle axes is not a rotation", expected="Q Q^T = I", received=chart.tolist(), code="not_rotation"
+            "the matrix of the angle axes is not a rotation",
+            expected="Q Q^T = I",
+            received=chart.tolist(),
+            code="not_rotation",
         )
     x, y, z = (units[frames] @ chart.T).T
     across = np.hypot(x, y)

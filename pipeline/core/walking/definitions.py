@@ -1,4 +1,4 @@
-"""Definitions of a walker's height, origin, pelvis and sternum: choices that the papers leave open.
+"""Alternative definitions of a walker's height, origin, pelvis and sternum, which the papers leave open.
 
 Hips and knees are joint centres.  Pelvis and sternum differ between laboratories.  The average walker that the
 laboratory of zhang2007 published has the pelvis some 106 mm above the hips and the sternum some 36 mm below the

@@ -555,7 +555,7 @@ def test_what_it_was_given_stays_as_it_was() -> None:
         ({"basis": 41}, rejects("out_of_range", "components", value=41)),
         ({"basis": np.ones((39, 2))}, rejects("wrong_shape", "basis", shape=(39, 2))),
         ({"charts": np.eye(3)}, rejects("wrong_shape", "charts", shape=(3, 3))),
-        ({"charts": np.full((5, 3, 3), np.nan)}, rejects("not_rotation", "the start of joint 1")),
+        ({"charts": np.full((5, 3, 3), np.nan)}, rejects("not_rotation", "initial trajectory of joint 1")),
         ({"cutoff": np.nan}, rejects("out_of_range", "cutoff")),
         ({"tolerance": -1.0}, rejects("out_of_range", "tolerance", value=-1.0)),
         ({"max_iterations": 0}, rejects("out_of_range", "max_iterations", value=0)),
@@ -574,7 +574,7 @@ def test_a_limb_without_any_direction_is_refused_by_name() -> None:
     first = body(1)
     start = first.start(1, 0.0)
     start[:, 2] = np.nan
-    with rejects("no_direction", "the start of joint 3"):
+    with rejects("no_direction", "initial trajectory of joint 3"):
         first.refined(start)
 
 
