@@ -52,8 +52,8 @@ def relative_error(absolute: np.ndarray, variance: np.ndarray | float) -> np.nda
 
 
 def walker_error(per_joint: np.ndarray) -> np.ndarray:
-    """Return the error of a walker, the mean of joint errors E_abs or E_rel [zhang2007 4.2] [zhang2007 4.4] [zhang2004
-    13].
+    """Return the error of a walker, the mean of joint errors E_abs or E_rel [zhang2007 4.2] [zhang2007 4.4]
+    [zhang2004 13].
 
     The joints are the last axis.
 

@@ -289,8 +289,8 @@ class ChoiceResidual:
 
 
 def estimated(truth: np.ndarray, impostor: np.ndarray, choices: np.ndarray) -> np.ndarray:
-    """Return a mixed trajectory (F, …): the mirrored one in frames with b = 1, the true one elsewhere [park2011 14,
-    15].
+    """Return a mixed trajectory (F, …): the mirrored one in frames with b = 1, the true one elsewhere
+    [park2011 14, 15].
 
     Parameters
     ----------

@@ -51,8 +51,8 @@ class Synchronization:
 
 
 def normalise(sequence: np.ndarray, frames: int) -> np.ndarray:
-    """Resample a sequence (F, b) linearly to `frames` evenly spaced times, (P, b), with both ends kept [mozerov2006 6,
-    7].
+    """Resample a sequence (F, b) linearly to `frames` evenly spaced times, (P, b), with both ends kept
+    [mozerov2006 6, 7].
 
     The first and the last posture are kept.
 

@@ -82,8 +82,8 @@ class Trellis:
         return self.smoothness * np.abs(step if self.penalty == "change" else disparity)
 
     def distances_so_far(self, misfit: np.ndarray, paths: np.ndarray) -> np.ndarray:
-        """Return the synchronization distance accumulated up to each sample (…, P) along disparity paths [mozerov2006
-        12].
+        """Return the synchronization distance accumulated up to each sample (…, P) along disparity paths
+        [mozerov2006 12].
 
         Parameters
         ----------

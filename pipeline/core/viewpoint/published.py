@@ -21,8 +21,8 @@ from pipeline.core.viewpoint.view_estimate import ViewEstimate
 def from_one_start(
     white: WhitenedModel, across: np.ndarray, up: np.ndarray, start_rad: float
 ) -> ViewEstimate:
-    """Estimate view angle and coefficients by approach I: trust-region least squares from one start [zhang2007
-    B.1-B.3].
+    """Estimate view angle and coefficients by approach I: trust-region least squares from one start
+    [zhang2007 B.1-B.3].
 
     The 150 differences have an analytic Jacobian.
 
@@ -38,8 +38,8 @@ def from_one_start(
     size = white.bx.shape[1]
 
     def differences(v: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Return the differences between observed and modelled image, horizontal then vertical [zhang2007 B.1, B.2,
-        B.3].
+        """Return the differences between observed and modelled image, horizontal then vertical
+        [zhang2007 B.1] [zhang2007 B.2] [zhang2007 B.3].
         """
         c, s, z = np.cos(v[0]), np.sin(v[0]), v[1:]
         return np.concatenate(
