@@ -1,4 +1,4 @@
-"""Choices that are insensitive to rounding errors: of a minimum, of evenly spaced indices, of a typical sample.
+"""Choice of a minimum, of evenly spaced indices and of a typical sample, independent of rounding errors.
 
 The last digits of a sum depend on the processor.  Where two candidates tie, the lower of the two computed values may
 therefore be either; the rule here takes the first candidate that is not worse by more than a stated relative margin.

@@ -24,13 +24,13 @@ from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput, require_choice, require_count, require_range
 
 _SAME_MAGNITUDE = 1e-6
-"""Relative difference below which two entries of an eigenvector tie for the largest one, which gets a positive sign."""
+"""Relative tolerance for ties among the largest entries of an eigenvector; the first one gets a positive sign."""
 
 _WELL_DETERMINED = 1e-5
-"""Smallest ratio of eigenvalues for which the eigenvalues may be computed from a product of sample matrices."""
+"""Ratio of eigenvalues, smallest to largest, above which they may be computed from a product of sample matrices."""
 
 _MANY, _FOLDS_AT_A_TIME = 4, 64
-"""Number of samples per dimension above which cross-validation folds share sums, and number of folds per sum."""
+"""Number of samples per dimension above which cross-validation folds share sums of products, and folds per sum."""
 
 _NO_VARIATION = 1e-12
 """Standard deviation along an eigenwalker, relative to the largest one, below which it is rounding error."""

@@ -32,7 +32,7 @@ from pipeline.validation import InvalidInput, require_choice, require_range, req
 
 
 class Reading(StrEnum):
-    """Two definitions of the quantity gamma in the reconstructibility [park2011 13]."""
+    """Definitions of the limb trajectory gamma from which the reconstructibility is computed [park2011 13]."""
 
     vector = "vector"
     """Gamma is the trajectory of a limb's child joint relative to its parent joint."""

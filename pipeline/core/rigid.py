@@ -18,10 +18,10 @@ _FLAT = 1e-3
 """Ratio of second to first singular value of a cluster below which its points count as lying on a line."""
 
 _FRAMES = 100
-"""Number of frames, evenly spaced over a clip, in which distances are measured."""
+"""Number of frames, evenly spaced over a clip, in which distances between points are measured."""
 
 _MOST_POINTS = 500
-"""Largest number of points; larger sets are body surfaces, and memory grows with the square of the number."""
+"""Largest number of points that are searched for rigid clusters; larger sets are body surfaces."""
 
 _APART_MM = 1e9
 """Change assumed for the distance between two points that were never visible in the same frame, mm."""

@@ -160,7 +160,7 @@ def soft_ridge(components: int, cutoff: float) -> np.ndarray:
 
 @dataclass(frozen=True)
 class TrajectoryBasis:
-    """Options of a trajectory basis: number of cosines, and the cutoff frequency of a soft basis.
+    """Options of a trajectory basis: number of cosines, and cutoff if high frequencies are penalised (soft basis).
 
     Attributes
     ----------
@@ -184,7 +184,7 @@ class TrajectoryBasis:
 
     @classmethod
     def of_clip(cls, frames: int, frame_rate_hz: float) -> TrajectoryBasis:
-        """Return a hard basis for a clip: `COSINES_PER_S` cosines per second, but at most half as many as frames.
+        """Return the default basis of a clip: `COSINES_PER_S` cosines per second, but at most half as many as frames.
 
         Examples
         --------
@@ -233,7 +233,8 @@ def _rows(
 
 
 def restricted(theta: np.ndarray, observed: np.ndarray, *, ridge: np.ndarray | None = None) -> np.ndarray:
-    """Return a trajectory basis (n, K) restricted to the n observed frames, and orthonormal there.
+    """Return a basis B (n, K) of the n observed frames, such that ||c||² - ||B^T c||² is the error of the best fit to
+    c.
 
     B = Theta_o L^-T, with L L^T = Theta_o^T Theta_o + diag(R).
 

@@ -14,7 +14,7 @@ from pipeline.papers.intervals import Interval
 from pipeline.validation import InvalidInput, require_choice
 
 Runs = Mapping[tuple[str, str, str], Run]
-"""Sensitivity runs by data set, group of switches and name of the switch, where a switch changes one assumption."""
+"""Sensitivity runs by data set, and by group and name of the switch that changes one assumption."""
 
 
 @dataclass(frozen=True)
@@ -228,7 +228,10 @@ def _like(name: str, all_claims: Mapping[str, Any], where: str) -> dict[str, Any
 
 
 def quantity_entry(key: str, name: str, content: Any, where: str) -> Quantity:
-    """Return a quantity of a paper from its entry.  Raises InvalidInput if the entry is invalid."""
+    """Return a quantity of a paper, read from its YAML entry.
+
+    Raises InvalidInput if the entry is invalid.
+    """
     figure = mapping(content, where).get("figure", "")
     reader = {"measure": lambda value, where: criteria.measure(mapping(value, where), figure, where)}
     return record(Quantity, content, where, readers=reader, name=name, paper=key)

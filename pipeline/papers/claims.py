@@ -271,7 +271,7 @@ class Claim:
         return self.bounds.agrees if registered is None else registered.get(data_name)
 
     def explanation(self, data_name: str) -> Explanation | None:
-        """Return the explanation why our value differs from the paper's value on a data set, or None."""
+        """Return the reason why our value differs from the paper's value on a data set, or None."""
         return self.why.get(data_name) or self.why.get(ANY_DATA)
 
     @property

@@ -51,7 +51,8 @@ class Tally:
 
     @property
     def rows(self) -> list[tuple[str, int, list[tuple[str, int]]]]:
-        """Agreements with their number of claims, and this number split by the comparison with the baseline.
+        """Rows of a table: each agreement with its number of claims, and this number split by comparison with the
+        baseline.
 
         Counts of zero are left out.
         """

@@ -68,8 +68,8 @@ def interval(content: Mapping[str, Any], published: float | None, where: str) ->
     doubled = {"at_least", "above"} <= set(values) or {"at_most", "below"} <= set(values)
     if not values or not set(values) <= {"at_least", "above", "at_most", "below"} or doubled:
         raise InvalidInput(
-            "the entry must have the key exactly, or within (of a published number), or one or two of "
-            "the keys at_least, above, at_most and below",
+            "the entry must have the key 'exactly', or 'within' (of a published number), or one or two of "
+            "the keys 'at_least', 'above', 'at_most' and 'below'",
             where,
             received=", ".join(values) or "nothing",
             code="invalid_bounds",

@@ -1,4 +1,4 @@
-"""Explanations why our values differ from the papers' values, each with the evidence for it.
+"""Reasons why our values differ from the papers' values, each with the evidence for it.
 
 An explanation is `Support.SHOWN` if it only quotes published tables, `Support.TESTED` if the alleged cause was changed
 and the effect measured, and `Support.UNTESTED` otherwise.  A cause is changed in one of two ways.  A switch of
@@ -71,7 +71,7 @@ class Run:
 
 @dataclass(frozen=True, kw_only=True)
 class Explanation:
-    """Explanation why our value differs from the paper's value, with the evidence for it.
+    """Reason why our value differs from the paper's value, with the evidence for this reason.
 
     Attributes
     ----------

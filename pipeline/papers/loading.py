@@ -120,7 +120,7 @@ INTERVENTIONS = "interventions.csv"
 """Name of the table with the values from sensitivity runs, which explanations quote."""
 
 REGISTERED = "registered.csv"
-"""Name of the table of registered values, which conditions are compared with, by data set."""
+"""Name of the table of registered values, with which the values of conditions are compared, by data set."""
 
 BETTER = {"": 0, "more": 1, "less": -1}
 

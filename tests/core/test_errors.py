@@ -115,7 +115,7 @@ def test_both_readings_of_the_missing_variance(seed: int, view: list[float]) -> 
 
 
 def test_a_relative_error_divides_by_the_variance_of_the_missing_dimension() -> None:
-    """The relative error of every joint is its absolute error over one common variance [zhang2007 4.3, 4.4]."""
+    """The relative error of every joint is its absolute error divided by one common variance [zhang2007 4.3, 4.4]."""
     absolute = np.array([[2.0, 4.0], [9.0, 3.0]])
     relative = errors.relative_error(absolute, np.array([[2.0], [3.0]]))
     assert relative.tolist() == [[1.0, 2.0], [3.0, 1.0]]

@@ -146,9 +146,7 @@ def test_flattening_keeps_the_printed_order_and_puts_the_frequency_last() -> Non
 def test_nothing_of_a_held_out_walker_reaches_its_fold(
     seed: int, count: int, held_out: int, style: str, grouped: bool
 ) -> None:
-    """A cross-validation fold does not depend on the held-out person: other walks, mirror images and frequency
-    included.
-    """
+    """A cross-validation fold uses nothing of the held-out person: no other walk, no mirror image and no frequency."""
     held_out %= count
     generator = np.random.default_rng(seed)
     people = walkers(generator, count, style)

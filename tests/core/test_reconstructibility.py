@@ -55,7 +55,7 @@ def seen(cameras: np.ndarray, chi: np.ndarray, parents: np.ndarray) -> tuple[Ray
 
 @given(seed=seeds, away=st.floats(1.1, 50.0))
 def test_the_angle_at_the_camera_is_that_of_the_printed_formula(seed: int, away: float) -> None:
-    """The angle alpha at the camera equals that between the lines from the camera to both ends of the limb."""
+    """The angle alpha at the camera equals the angle between the lines from the camera to both ends of the limb."""
     chi = np.random.default_rng(seed).standard_normal((9, 3))
     chi /= np.linalg.norm(chi, axis=1, keepdims=True)
     axis = np.tile([0.0, away, 0.0], (9, 1))
@@ -111,7 +111,7 @@ def test_outside_a_soft_basis_is_what_a_ridge_leaves(seed: int, frames: int, dat
 
 
 def test_a_small_part_outside_is_not_lost_in_rounding() -> None:
-    """A component outside the basis of a billionth of the trajectory is not lost to rounding errors."""
+    """A component outside the basis that is a billionth of the trajectory is not lost to rounding errors."""
     basis = cosines(50, 10)
     inside, beyond = basis @ np.ones(10), 1e-9 * cosines(50, 20)[:, 15]
     assert outside(basis, inside + beyond) == pytest.approx(1e-9, rel=1e-6)

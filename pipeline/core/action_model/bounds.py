@@ -116,7 +116,7 @@ def accepted(
     if postures.shape[-mean.ndim :] != mean.shape:
         expected = ", ".join(map(str, mean.shape))
         raise InvalidInput(
-            "the array of postures does not match the action model",
+            "the shape of the posture array does not match the action model",
             expected=f"(…, {expected})",
             received=postures.shape,
             code="wrong_shape",

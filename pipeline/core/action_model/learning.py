@@ -1,4 +1,4 @@
-"""Learn an action model from postures: synchronize the performances, then compute their mean and variance.
+"""Learn an action model from postures: synchronize the performances, then compute mean and standard deviation.
 
 mozerov2006 sections 2 to 4 in one piece, as a tracker without one performance and the figures with all of them
 need it.  Every performance goes through the aSpace, linear normalisation, synchronization to the median sequence.

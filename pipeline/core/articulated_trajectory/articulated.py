@@ -15,7 +15,7 @@ MAX_RESIDUAL_PX = 5.0
 """Largest root mean square reprojection error of a joint, px, in a consistent reconstruction."""
 
 UPSIDE_DOWN = 0.9
-"""Ratio of reprojection errors, flipped images to original images, below which the images count as upside down.
+"""Images count as upside down if flipping them multiplies the reprojection error by less than this factor.
 
 The warning says that the images are upside down.  In 480 trials with four kinds of cameras and noise up to 2
 px, no correct image was below this ratio; of inverted images of arms and legs, 99 % were.  A camera that
@@ -23,7 +23,7 @@ follows the root at the root's height cannot distinguish the two cases.
 """
 
 MIN_CROSSING = 0.9
-"""Smallest ratio of the length that the image rays require to the limb's length for the confidence rating green.
+"""Smallest ratio, length that the image rays require to assumed limb length, for the confidence rating green.
 
 Tested on 768 limbs of arms and legs, four kinds of cameras, and noise up to 3 px.  No limb with its true
 length was below, and all limbs that were 26 % too long were.
@@ -68,7 +68,8 @@ class Articulated:
 
     @property
     def confidence(self) -> dict[str, Confidence]:
-        """Confidence rating of each limb (green, amber or red), from its mirror margin, the residuals and its length.
+        """Confidence rating of each limb (green, amber or red), from the cost of its mirror image, residuals and
+        length.
 
         A limb is green only if its mirror is twice as rough, its rays reach `MIN_CROSSING` of its length, and the
         residual of every joint is within `MAX_RESIDUAL_PX`: limbs are refined together, and one that does not fit

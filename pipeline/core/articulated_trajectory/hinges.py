@@ -25,9 +25,7 @@ from pipeline.core.articulated_trajectory.limb_tree import LimbTree
 from pipeline.core.limb_chain import Chain
 
 _MARGIN = 1e-6
-"""Relative cost difference needed to prefer one mirror combination to another with equal flexion in the wrong
-direction.
-"""
+"""Relative cost difference that decides between two combinations of mirrored limbs with equally wrong flexion."""
 
 
 @dataclass(frozen=True)
@@ -111,7 +109,8 @@ def wrong_share(bend: np.ndarray) -> float:
 
 
 def resolve_mirrors(hinge: Hinge, tree: LimbTree, choose: Callable[[LimbTree, str], LimbChoice]) -> LimbTree:
-    """Decide for the two limbs at a hinge between solution and mirror solution, so that the hinge flexes correctly.
+    """Choose for both limbs at a hinge between the best solution and its mirror image, so that the hinge flexes
+    correctly.
 
     Mirrors that cost more than `MARGIN_OF_DOUBT` times the best are out.  Of the others the combination with the
     smallest share of wrong flexion wins, and of equal ones the smoothest.

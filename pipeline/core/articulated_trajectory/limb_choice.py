@@ -27,12 +27,12 @@ from pipeline.shortened import shortened
 from pipeline.validation import require_range
 
 MARGIN_OF_DOUBT = MARGIN_GREEN_ABOVE
-"""Ratio of the mirror solution's cost to the best cost below which the mirror may be the true motion."""
+"""A limb counts as ambiguous if the cost of its mirror image is less than this multiple of the best cost."""
 
 
 @shortened
 class LimbChoice:
-    """Solution for one limb, with measures of its reliability.
+    """Reconstruction of one limb, with measures of its reliability.
 
     Attributes
     ----------
@@ -94,7 +94,7 @@ class LimbChoice:
 
     @cached_property
     def mirror(self) -> LimbChoice:
-        """Choice for this limb with its mirror solution: the opposite depth sign in each frame."""
+        """Reconstruction of this limb mirrored in depth, with the opposite depth sign in each frame."""
         return select_signs(self.hits, self.solution, self.used, self.basis, mirrored=not self.mirrored)
 
     @property
@@ -187,7 +187,7 @@ def solved(
 def select_signs(
     hits: RayHits, solution: BinarySolution, used: np.ndarray, basis: TrajectoryBasis, *, mirrored: bool
 ) -> LimbChoice:
-    """Return the result for a limb with the depth signs of a solution, or of its mirror solution.
+    """Return the reconstruction of a limb with the depth signs of the best solution, or of its mirror image.
 
     Parameters
     ----------
@@ -208,7 +208,9 @@ def select_signs(
 
 
 def _tangent_within(cameras: np.ndarray, parents: np.ndarray, hits: RayHits, noise_px: float) -> float:
-    """Return the half chord, mm, below which image noise hides the depth sign of a limb: sqrt(2 r sigma)."""
+    """Return half the distance between two candidates, mm, below which image noise hides the depth sign: sqrt(2 r
+    sigma).
+    """
     if require_range("noise_px", noise_px, at_least=0.0, unit="px") == 0.0:
         return 0.0
     matrices = np.broadcast_to(cameras, (len(parents), 3, 4))

@@ -24,7 +24,7 @@ def better_mirrors(
     choose: Callable[[LimbTree, str], LimbChoice],
     cost: Callable[[LimbTree], float],
 ) -> LimbTree:
-    """Return the tree in which a limb is mirrored wherever this reduces the cost of the refined skeleton.
+    """Return the skeleton in which a limb is mirrored in depth wherever this reduces the cost after refinement.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def better_mirrors(
 def _chosen_anew(
     start: LimbTree, mirrored: frozenset[str], choose: Callable[[LimbTree, str], LimbChoice]
 ) -> LimbTree:
-    """Solve all limbs again, from the root outwards, with the limbs of a given set mirrored in depth."""
+    """Reconstruct all limbs again, from the root outwards, with a given set of limbs mirrored in depth."""
     tree = LimbTree(start.chain, start.root)
     for limb in start.chain.limbs:
         choice = choose(tree, limb)

@@ -36,7 +36,7 @@ from pipeline.shortened import shortened
 from pipeline.validation import InvalidInput, require_range, require_shape
 
 Place = tuple[str, tuple[bool, ...]]
-"""Cache key of a limb solution: the limb, and which limbs between the root and this limb are mirrored."""
+"""Key of a cached limb reconstruction: the limb, and which limbs between the root and this limb are mirrored."""
 
 COMPARING = 10
 """Number of refinement steps in a comparison of mirror images; more steps rarely change the outcome."""
@@ -136,7 +136,7 @@ def prepared(
     chain: Chain = WALKER14,
     frame_rate_hz: float | None = None,
 ) -> Reconstruction:
-    """Check the inputs for the reconstruction of a skeleton, and return them as an object.
+    """Check the inputs for the reconstruction of a skeleton, and return them as a `Reconstruction`.
 
     `Reconstruction.under` changes the options and keeps the choices that still apply.
 
@@ -274,7 +274,7 @@ class Reconstruction:
             return {self.chain.root: np.array([np.inf])}
 
     def chosen(self) -> LimbTree:
-        """Return the solutions of all limbs, computed one by one from the root to the leaves."""
+        """Return the reconstructions of all limbs, computed one by one from the root to the leaves."""
         tree = LimbTree(self.chain, self.root)
         for limb in self.chain.limbs:
             tree = tree.placed(limb, self.choose(tree, limb))
@@ -285,7 +285,7 @@ class Reconstruction:
         return tree
 
     def choose(self, tree: LimbTree, limb: str) -> LimbChoice:
-        """Return the solution of a limb whose parent limb is already in the tree."""
+        """Return the reconstruction of a limb whose parent limb is already reconstructed."""
         way = self.chain.ways[limb][1:]
         branch = (limb, tuple(tree.choices[joint].mirrored for joint in way))
         if np.isnan(self.lengths).any():

@@ -107,7 +107,7 @@ class RayHits:
         return self.middle + signs[:, None] * self.half_chord
 
     def resolved(self) -> RayHits:
-        """Replace both candidates by the far one in each frame whose near candidate is behind the camera.
+        """Replace both candidates by the far candidate in frames whose near candidate is behind the camera.
 
         Whatever signs are chosen, none of the candidates then lies behind its camera.
         """

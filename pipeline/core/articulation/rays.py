@@ -60,7 +60,7 @@ class Rays:
 
     @property
     def axis(self) -> np.ndarray:
-        """Unit direction (F, 3) from camera to parent, or the direction of the ray if the camera is parallel."""
+        """Unit direction (F, 3) from camera to parent joint, or the common ray direction of a parallel projection."""
         parallel = np.isinf(self.ahead)[:, None]
         towards = np.where(parallel, 1.0, self.ahead[:, None]) * self.direction
         towards = np.where(parallel, towards, towards - self.middle)

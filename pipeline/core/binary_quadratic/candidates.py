@@ -29,7 +29,7 @@ from pipeline.core.binary_quadratic import kernels
 from pipeline.validation import InvalidInput, require_range, require_shape
 
 TABLE = 256
-"""Largest number of frames for which the matrix of the quadratic form is stored; for longer clips this is slower."""
+"""Largest number of frames for which the matrix of the quadratic form is stored; for longer clips storing is slower."""
 
 _ORTHONORMAL = 1e-12
 """Magnitude of the entries of I - B^T B below which the basis B counts as orthonormal."""
@@ -82,7 +82,7 @@ class Programme(NamedTuple):
 
     @property
     def weight(self) -> np.ndarray:
-        """Squared half chord (F,), mm², in frames whose sign is to be found; zero in other frames."""
+        """Squared half distance (F,) between the two candidates, mm²; zero in frames whose sign is not free."""
         return np.where(self.kind == 0, np.square(self.half_chord).sum(axis=1), 0.0)
 
     def objective(self, values: np.ndarray) -> float:
@@ -101,7 +101,9 @@ class Programme(NamedTuple):
         return kernels.allowance_of(sum(self.basis.shape), self.size, objective)
 
     def with_relaxed(self, values: np.ndarray) -> np.ndarray:
-        """Return `values` (F,) with the optimal continuous value, between -1 and +1, in each relaxed frame."""
+        """Optimise the continuous values, between -1 and +1, of the relaxed frames; return the values of all frames
+        (F,).
+        """
         best = np.array(values, float)
         relaxed = self.kind == kernels.RELAXED
         if relaxed.any():

@@ -22,7 +22,7 @@ Windows that begin at the first frame or end at the last frame may have any leng
 """
 
 NEARLY = 1.5
-"""Largest cost of an initial solution, relative to the cheapest one, that is improved further by flipping windows."""
+"""Largest cost of an initial solution, relative to the cheapest one, at which windows of its signs are also flipped."""
 
 
 def mirrored(programme: Programme, values: np.ndarray) -> np.ndarray:

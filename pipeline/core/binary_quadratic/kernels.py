@@ -29,7 +29,7 @@ MARGIN = 1e-9
 """Relative reduction of the cost J, beyond rounding error, that is needed to replace the best signs so far."""
 
 FEWEST_SWEEPS, MOST_SWEEPS = 2, 20
-"""Minimum and maximum number of coordinate-descent sweeps in a node of the box search.
+"""Minimum and maximum number of coordinate-descent sweeps in a node of the branch-and-bound search.
 
 The fewest are for a node that can no longer be pruned, the most for a node that may still be pruned.
 """
@@ -37,13 +37,13 @@ The fewest are for a node that can no longer be pruned, the most for a node that
 EPS = float(np.finfo(float).eps)
 
 REFRESH = 8
-"""Number of nodes after which derivatives are recomputed instead of updated, to limit rounding errors."""
+"""Number of search nodes after which derivatives are recomputed instead of updated, to limit rounding errors."""
 
 LAST_SWEEPS = 2000
 """Maximum number of coordinate-descent sweeps if all signs are fixed and only relaxed frames remain."""
 
 STEP = 3
-"""Spacing, in frames, of the start frames t for which the least cost of the frames from t on is computed.
+"""Distance, in frames, between the start frames for which the suffix search computes a least cost.
 
 For start frames in between, S_t of the next computed start is a lower bound.
 """
@@ -58,13 +58,13 @@ OVER_RELAXATION = 1.3
 """Over-relaxation factor of coordinate descent; above 1 because neighbouring frames share basis coefficients."""
 
 DEPTH, STATE, TRAIL, NODES = range(4)
-"""Indices into the array of counters of the box search."""
+"""Indices into the array of counters of the branch-and-bound search."""
 
 ENTER, LEAVE, DONE = range(3)
-"""States of the box search: enter a node, leave a node, search finished."""
+"""States of the branch-and-bound search: enter a node, leave a node, search finished."""
 
 START, LEVEL, PREPARED, ENTERED, FINISHED, TRIED = range(6)
-"""Indices into the array of counters of the suffix search."""
+"""Indices into the array of counters of the depth-first search."""
 
 FIRST, SEARCHED = 1, 2
 """Stages of the search from a start frame: the best known signs are evaluated (1), or the tree is searched (2).
@@ -203,7 +203,8 @@ def curvature(basis, half_chord):  # type: ignore[no-untyped-def]
 
 @compiled_with_free_sums
 def relax(p, held, point, known, cutoff, sweeps_allowed, allowance, trail, length):  # type: ignore[no-untyped-def]
-    """Minimise J approximately over a box; return lower bound, J, number of sweeps, and number of signs fixed so far.
+    """Minimise J approximately over a box of values; return lower bound, J, number of sweeps, and number of fixed
+    signs.
 
     The trail lists the frames whose sign has been fixed because of a bound.
 
@@ -476,7 +477,7 @@ def first_signs(p, weight, differences, longest, nearly, size):  # type: ignore[
 
 @compiled_with_free_sums
 def may_gain(p, values, trial, half, wanted):  # type: ignore[no-untyped-def]
-    """Return True if the cost of `trial` may exceed the cost of `values` by less than `wanted`.
+    """Return True unless the cost of `trial` exceeds the cost of `values` by `wanted` or more.
 
     `half` belongs to `values`.  Without a table the answer is always True.
     """
@@ -496,7 +497,7 @@ def may_gain(p, values, trial, half, wanted):  # type: ignore[no-untyped-def]
 
 @compiled_with_free_sums
 def search_boxes(p, tree, best, found, gap, allowance, budget):  # type: ignore[no-untyped-def]
-    """Continue the box search for about `budget` sweeps; write better signs and their cost into `found` and `best`."""
+    """Continue branch and bound for about `budget` sweeps; write better signs into `found`, their cost into `best`."""
     fixed, values, z, half, trail, levels, bounds, counts = (
         tree.fixed, tree.values, tree.z, tree.half, tree.trail, tree.levels, tree.bounds, tree.counts,
     )  # fmt: skip

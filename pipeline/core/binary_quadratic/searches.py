@@ -236,7 +236,7 @@ Search: TypeAlias = BoxSearch | SuffixSearch
 
 
 def _shares(excess: np.ndarray, frames: int) -> np.ndarray:
-    """Distribute the matrix G over F frames: return rows C (F, K) with ``C^T C`` at most G."""
+    """Return rows C (F, K), one for each frame, such that ``C^T C`` is at most the matrix G."""
     components = len(excess)
     values, vectors = np.linalg.eigh(excess)
     # Rounding may have put the eigenvalues this much too high.

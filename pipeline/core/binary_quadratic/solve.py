@@ -1,4 +1,4 @@
-"""Choice between two candidates in each frame: the binary quadratic programme (park2011 section 3.2).
+"""Choice between the two candidate positions of a joint in each frame: a binary quadratic programme (park2011 3.2).
 
 Symbols are those of `candidates`: candidates ``c_i = m_i + s_i u_i``, and ``J(s) = ||c||² - ||B^T c||²`` over
 signs s.  [park2011 10] has b in {0, 1} where this has ``s = 2 b - 1``, and [park2011 12] is J for orthonormal B.
@@ -21,7 +21,7 @@ from pipeline.shortened import shortened
 from pipeline.validation import require_range
 
 _WORK = 400_000
-"""Work of one search before the other search continues, in multiplications; about two milliseconds."""
+"""Work after which one search pauses and the other continues, in multiplications; about two milliseconds."""
 
 OPERATIONS_PER_S = 300_000_000
 """Number of operations that count as one second of a time limit; about the speed of one processor core of 2024."""
@@ -78,7 +78,8 @@ def minimise(
     time_limit_s: float = 1.0,
     relax_below: float = 0.0,
 ) -> BinarySolution:
-    """Return the signs s that minimise J(s) = ||c||² - ||B^T c||² for the points c = m + s u [park2011 10, 11, 12].
+    """Return the depth signs s that minimise the cost J(s) = ||c||² - ||B^T c||², where c = m + s u
+    [park2011 10, 11, 12].
 
     A lower bound of J over all signs is returned too.
 

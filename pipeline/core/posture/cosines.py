@@ -31,7 +31,7 @@ FLOOR_PERCENTILE = 5.0
 _STARTS, _ENDS = np.transpose(POSTURE12.ends)
 _STERNUM = WALKER15.index("sternum")
 _OVER = {**dict(zip(LEGS, THIGHS, strict=True)), **dict(zip(FOREARMS, ARMS, strict=True))}
-"""Index of the parent limb of each lower limb: the thigh for a leg, the arm for a forearm."""
+"""Index of the parent of each lower limb: the thigh for a lower leg, the upper arm for a forearm."""
 
 _LIMB_ENDS = np.array(POSTURE12.ends)
 _LIMB_OVER = np.array([_OVER.get(limb, -1) for limb in range(len(POSTURE12.limbs))])

@@ -32,7 +32,7 @@ from pipeline.validation import InvalidInput
 
 HIP, TORSO, SHOULDER, NECK = range(4)
 THIGHS, LEGS, ARMS, FOREARMS = (4, 5), (6, 7), (8, 9), (10, 11)
-"""Limb indices in POSTURE12; in a pair the left limb comes first."""
+"""Indices of limbs in the list POSTURE12; in a pair the left limb comes first."""
 
 REST = {
     limb: np.array(direction) / np.linalg.norm(direction)
@@ -42,7 +42,7 @@ REST = {
         strict=True,
     )
 }
-"""Reference directions of thighs (forward and outward) and upper arms (also downward), for the smallest rotations.
+"""Reference directions of thighs and upper arms; the frame of a limb is rotated from its reference direction.
 
 They are given in the frame of the hip or the shoulder.
 """
@@ -118,7 +118,7 @@ def _axes(x: np.ndarray, upward: np.ndarray, wrong: tuple[str, str]) -> np.ndarr
 
 
 def _turned(from_: np.ndarray, to: np.ndarray, vectors: np.ndarray, limb: str) -> np.ndarray:
-    """Apply the smallest rotation that takes one unit direction to another to given vectors."""
+    """Rotate vectors by the smallest rotation that takes one unit direction to another."""
     axis = np.cross(from_, to)  # of length sine
     cosine = (from_ * to).sum(axis=-1, keepdims=True)
     against = (cosine[:, 0] < 0.0) & (np.linalg.norm(axis, axis=-1) < LEAST_SINE)

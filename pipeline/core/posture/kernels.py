@@ -18,7 +18,7 @@ DEFINED, NOT_FINITE, NO_COSINES, NO_STANCE, NO_HIP, NO_SHOULDER, AGAINST_REST = 
 
 HIP, TORSO, SHOULDER, NECK = range(4)
 FIRST_ARM = 8
-"""Limb indices in POSTURE12."""
+"""Indices of limbs in the list POSTURE12."""
 
 UP = (0.0, 0.0, 1.0)
 

@@ -1,4 +1,4 @@
-"""Reconstruction of a complete walk from the image of some joints by MAP, with eigenwalkers as the prior."""
+"""Reconstruction of a complete walk from the image of some joints, by maximum a posteriori (MAP) estimation."""
 
 from __future__ import annotations
 

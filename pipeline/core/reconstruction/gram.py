@@ -27,7 +27,7 @@ from pipeline.core.linear_model import LinearModel, WhitenedModel, whiten
 from pipeline.validation import require_range
 
 _UNSEEN = 1e-13
-"""Relative eigenvalue of A below which an eigenvector's coefficient cannot be determined from the view."""
+"""Relative eigenvalue of A below which the view does not determine the coefficient along the eigenvector."""
 
 _SAFE = 1e-10
 """Ratio of smallest to largest pivot above which least squares needs no eigenvalue decomposition."""
@@ -51,12 +51,14 @@ class Gram:
 
     @cached_property
     def _seen_from_everywhere(self) -> bool:
-        """True if A is well conditioned at every view angle, because its view-independent term Gzz is."""
+        """True if the matrix A of the linear system is well conditioned at every view angle."""
         largest = np.trace(self._parts[0] + self._parts[2] + self._parts[3])
         return bool(np.linalg.eigvalsh(self._parts[3])[0] > _SAFE * largest)
 
     def at(self, cosine: np.ndarray, sine: np.ndarray) -> np.ndarray:
-        """Return the matrices A (A, N, N) of the linear system at A view angles, given their cosines and sines (A,)."""
+        """Return the matrix A of the linear system at each of several view angles, (A, N, N), from cosines and sines
+        (A,).
+        """
         weights = np.stack([cosine**2, sine * cosine, sine**2, np.ones_like(cosine)], axis=-1)
         return np.tensordot(weights, self._parts, axes=1)
 
@@ -91,8 +93,7 @@ class Gram:
         H: np.ndarray,
         noise_variance: float | None,
     ) -> np.ndarray:
-        """Return the quadratic form of the cost after elimination of the coefficients: G - H (A + sigma² I)^-1 H^T, (A,
-        B, B).
+        """Eliminate the coefficients from the cost; return its quadratic form G - H (A + sigma² I)^-1 H^T, (A, B, B).
 
         Parameters
         ----------

@@ -62,7 +62,7 @@ class LimbEquations:
     lines: np.ndarray
 
     def curvature_along(self, step: np.ndarray) -> float:
-        """Return the quadratic form step^T H step for a step (L, N) of the refinement."""
+        """Return the quadratic form step^T H step, where H contains the second derivatives of the refinement's cost."""
         return kernels.curvature_along(self.rows, self.lines, step)
 
 

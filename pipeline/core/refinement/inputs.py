@@ -70,7 +70,7 @@ def tree_in_order(parents: Sequence[int] | np.ndarray, joints: int) -> tuple[int
     rooted = len(tree) == joints and tree[0] == -1
     if not rooted or not all(0 <= parent < joint for joint, parent in enumerate(tree) if joint):
         raise InvalidInput(
-            "the list of parents is not a tree in order",
+            "the parents do not form a tree in which each parent precedes its children",
             expected=f"{joints} indices: -1 for the root first, and each parent before its children",
             received=tree,
             code="not_a_tree",

@@ -15,7 +15,8 @@ import numpy as np
 from pipeline.compilation import compiled_with_free_sums
 
 STRIDE = 7
-"""Increment of the index in the search for hull faces; distant points come first, so that most polygons end early."""
+"""Increment of the point index in the search for hull faces; distant points come first.
+"""
 
 
 @compiled_with_free_sums
@@ -177,7 +178,7 @@ def frame_by_frame(seen_by, tree, lines, theta, phi, free, exact, sums):  # type
 
 @compiled_with_free_sums
 def fill_gradient(along, own, gradient, scale):  # type: ignore[no-untyped-def]
-    """Add the sums over frames from `frame_by_frame` to the gradient, and to the scale of each unknown (L, N)."""
+    """Add the sums over frames from `frame_by_frame` to the gradient and to the diagonal of the curvature (L, N)."""
     components = along.shape[2] - 1
     for limb in range(len(gradient)):
         for a in range(2):
@@ -221,7 +222,7 @@ def fill_rows(sums, first, second, scale, lines, penalty, rows):  # type: ignore
 
 @compiled_with_free_sums
 def curvature_along(rows, lines, step):  # type: ignore[no-untyped-def]
-    """Return the quadratic form step^T H step for a step (L, N)."""
+    """Return the quadratic form step^T H step, where H contains the second derivatives of the refinement's cost."""
     total = 0.0
     for limb in range(len(rows)):
         for m in range(lines.shape[1]):

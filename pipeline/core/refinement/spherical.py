@@ -119,7 +119,7 @@ def unit_vectors(directions: np.ndarray) -> np.ndarray:
         raise InvalidInput(
             "no frame has a known direction",
             expected="one or more",
-            received=f"{len(finite)} of NaN",
+            received=f"{len(finite)} frames of NaN",
             code="no_direction",
         )
     # Brought to unit size before squaring: the squares of 1e-200 are zero, those of 1e200 infinite.

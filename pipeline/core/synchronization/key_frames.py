@@ -29,7 +29,8 @@ from pipeline.core.synchronization.curvature import checked, curvature
 from pipeline.validation import InvalidInput, require_count, require_shape
 
 SEPARATION, CONSISTENCY = 0.06, 1.0
-"""Smallest distance between key-frames, as a fraction of the duration, and weight of similar postures in their choice.
+"""Smallest distance between key-frames, as a fraction of the duration, and weight of posture similarity in their
+choice.
 
 The distance also applies between a key-frame and an end of the performance.
 

@@ -29,7 +29,7 @@ from pipeline.validation import require_range
 
 @dataclass(frozen=True)
 class Likelihood:
-    """Image of J joints in T frames from a known view angle, with its noise.
+    """Observed 2D image of J joints in T frames from a known view angle, with its noise level.
 
     Attributes
     ----------

@@ -16,7 +16,7 @@ from pipeline.validation import InvalidInput, told_apart
 
 GRAVITY_MM_S2 = 9806.65
 FASTEST_FROUDE, RUNNING_FROUDE, RUNNING_LIFT = 0.8, 0.4, 0.38
-"""Froude numbers and ankle lift that define a run: above the first number, or above the second with that lift.
+"""Limits beyond which a motion is a run: a Froude number, or a lower Froude number together with a lift of the ankle.
 
 In 109 recorded walks they are at most 0.44 and 0.3, in four runs at least 0.97 and 0.42.
 """
@@ -75,7 +75,7 @@ def require_walk(level: np.ndarray, frame_rate_hz: float, *, leg_mm: float, spee
     if belt < SLOWEST_MM_S or share < LEAST_STANCE:
         raise InvalidInput(
             "not a walk: the feet do not alternate between stance and swing",
-            expected=f"each foot lower in {LEAST_STANCE:.0%} of the frames, then moving back at {SLOWEST_MM_S:g} mm/s",
+            expected=f"each foot the lower one in {LEAST_STANCE:.0%} of frames, moving back at {SLOWEST_MM_S:g} mm/s",
             received=f"{share:.0%}, {belt:.0f} mm/s",
             code="no_stance_and_swing",
         )

@@ -39,7 +39,7 @@ _TIGHTNESS = (0.4, 0.6, 0.8, 1.0)
 """Fractions of the allowed range of speeds that the search tries, narrowest first."""
 
 _ENOUGH_STRIDES = 2.0
-"""Number of strides at which the search for steady walking accepts a narrower range of speeds."""
+"""Number of strides that suffice for the search to accept a narrower range of speeds."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ def _velocity(path: np.ndarray, window: int, frame_rate_hz: float) -> np.ndarray
 
 
 def longest_run(flags: np.ndarray) -> tuple[int, int]:
-    """Return start and stop of the longest run of True in an array (T,), or 0, 0 if there is none.
+    """Return start and stop of the longest run of True in an array (T,), or 0, 0 if it contains no True.
 
     If two runs are equally long, the first is returned.
     """
@@ -218,7 +218,7 @@ def _require_strides(strides: float, cycles: float, distance_mm: float) -> None:
 
 
 def _running_mean(path: np.ndarray, window: int) -> np.ndarray:
-    """Return the running mean of a path (T, 2), with straight lines at both ends."""
+    """Return the running mean of a path (T, 2), with fitted straight lines at both ends."""
     total = np.concatenate([np.zeros((1, 2)), np.cumsum(path, axis=0)])
     offset = np.arange(window) - window // 2
 

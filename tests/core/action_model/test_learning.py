@@ -1,4 +1,4 @@
-"""`learn_action` gives the same result as its steps called one after the other."""
+"""`learn_action` gives the same result as its component functions called one after the other."""
 
 from __future__ import annotations
 

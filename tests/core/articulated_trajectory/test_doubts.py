@@ -165,7 +165,7 @@ def test_a_shank_that_is_too_long_is_not_green() -> None:
 
 
 def test_a_shank_that_is_too_short_leaves_no_limb_green() -> None:
-    """A shank that is too short does not fit its images, and moves the knee by 5 cm."""
+    """A shank that is too short does not fit its images, and moves the reconstructed knee by 5 cm."""
     film = Film()
     with heard() as caught:
         reconstruction = film.reconstructed(lengths=film.lengths / [1.0, 1.26])

@@ -435,7 +435,7 @@ def test_hinges_find_the_flexing_leg_where_the_programme_alone_cannot() -> None:
 
 
 def test_what_else_is_carried_by_a_mirrored_limb_goes_with_it() -> None:
-    """A second child of the knee follows when a hinge mirrors the thigh, even if it was solved before the ankle."""
+    """If a hinge mirrors the thigh, other limbs attached to the knee are reconstructed from the new knee position."""
     chain = Chain((*LEG.joints[:4], "marker", "left_ankle"), (*LEG.parents[:4], "left_knee", "left_knee"))
     moved = 0
     for seed in range(6):
@@ -523,7 +523,7 @@ def test_the_ridge_of_a_soft_basis_is_the_sixth_power() -> None:
 
 
 def test_nearly_tangent_rays_are_left_open_within_the_noise() -> None:
-    """The depth sign of a limb across the ray is left open with image noise of 1 px, but not without noise."""
+    """The depth sign of a limb perpendicular to the ray is left open with noise of 1 px, but not without noise."""
     first = scene(13, noise_px=1.0)
     joint, limb = WALKER14.joints.index("left_hip"), WALKER14.limbs.index("left_hip")
     given_ = (first.camera.matrix, first.images[:, joint], first.root, float(first.lengths[limb]))

@@ -50,7 +50,7 @@ def camera(seed: int, distance_mm: float = 4000.0) -> Pinhole:
 def as_printed(
     P: np.ndarray, pixel: np.ndarray, parent: np.ndarray, radius: float, number: type[float] | type[Fraction]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return far and near candidates by the printed formula [8, 9], in doubles or in exact fractions."""
+    """Return far and near candidates by the printed formulas (equations 8 and 9), in doubles or in exact fractions."""
     P, parent, homogeneous = (
         np.array([number(float(x)) for x in a.ravel()], dtype=object).reshape(a.shape)
         for a in (P, parent, np.append(pixel, 1.0))

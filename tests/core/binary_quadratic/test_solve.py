@@ -198,7 +198,7 @@ def test_relaxed_frames_are_at_their_best_between_the_candidates(seed: int) -> N
 
 @pytest.mark.parametrize("camera", ["still", "shaky", "distant"])
 def test_limbs_of_a_hundred_frames_are_proved(camera: str) -> None:
-    """For noise-free limbs of 100 frames, each optimum is proved, and the heuristic signs are nearly optimal."""
+    """For noise-free limbs, each optimum is proved, and the heuristic search is nearly optimal."""
     for seed in range(6):
         single, basis = limb(100, seed, camera=camera), cosine_basis(100, 20)
         solution = minimise(basis, single.middle, single.half_chord, time_limit_s=30.0)
@@ -235,7 +235,7 @@ def test_parallel_rays_do_not_tell_the_mirrors_apart(noise_px: float) -> None:
 
 @pytest.mark.parametrize("seed", range(6))
 def test_of_two_equal_mirrors_the_first_frame_with_a_choice_is_in_front(seed: int) -> None:
-    """If both mirror solutions cost the same, the first frame with a free sign gets +1; a tangent ray has no free sign."""
+    """If both mirror solutions cost the same, the first free sign is +1; frames with tangent rays have no free sign."""
     middle, half_chord = candidates(np.random.default_rng(seed), 12, "parallel")
     half_chord[0] = 0.0
     solution = minimise(cosine_basis(12, 6), middle, half_chord, time_limit_s=30.0)

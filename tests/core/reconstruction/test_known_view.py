@@ -126,7 +126,7 @@ def test_two_coefficients_worked_out_in_the_head() -> None:
 def test_the_sweep_equals_the_printed_way(
     fold: Fold, view: list[float], noise_variance: float | None
 ) -> None:
-    """Reconstructions from many views equal the printed formulas, with and without the frequency."""
+    """Reconstructions from several views equal the printed formulas, with or without the walk's frequency."""
     result = reconstruction.from_known_views(
         fold.model, fold.sample, np.array(view), noise_variance=noise_variance
     )
@@ -176,7 +176,7 @@ def test_the_signs_of_eigenwalkers_do_not_matter(
 @given(fold=folds(styles=("generic",), trailing=0), angle=angles, noise_variance=variances)
 @settings(max_examples=30, deadline=None)
 def test_metres_give_the_same_walker(fold: Fold, angle: float, noise_variance: float) -> None:
-    """In metres instead of millimetres, the reconstruction is the same: squared errors and sigma² scale by a millionth."""
+    """In metres instead of millimetres, the walker is the same, and squared errors are a millionth of those before."""
     model, view = fold.model, np.array([angle])
     in_metres = dataclasses.replace(
         model, mean=model.mean * 1e-3, eigenvalues=model.eigenvalues * 1e-6, total_variance=0.0

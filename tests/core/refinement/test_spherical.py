@@ -33,7 +33,7 @@ STYLES = ("generic", "planar", "nearly_planar", "still", "nearly_still", "everyw
 
 
 def path(seed: int, style: str = "generic", frames: int = 60) -> np.ndarray:
-    """Return unit directions (F, 3) that vary smoothly, except in the styles named `everywhere` and `two`."""
+    """Return random unit directions (F, 3) of a given style, which by default vary smoothly."""
     generator = np.random.default_rng(seed)
     waves = cosine_basis(max(frames, 5), 5)[:frames] * np.sqrt(frames)
     turn = Rotation.random(rng=generator)
@@ -140,7 +140,7 @@ def test_the_pole_is_the_nearest_face_of_the_hull(seed: int, style: str) -> None
 
 
 def test_the_printed_pole_has_steps_of_a_radian_where_ours_has_none() -> None:
-    """With the printed pole, a thigh that swings past the vertical has azimuth steps of a radian; ours has none [park2011 4 as printed]."""
+    """Near the vertical, a thigh's azimuth jumps with the printed pole, but not with ours [park2011 4 as printed]."""
     swing = 0.5 * np.sin(np.linspace(0, 4 * np.pi, 100))
     thigh = np.stack([np.full(100, 0.01), np.sin(swing), -np.cos(swing)], axis=1)
     printed, ours = continuous_angles(thigh, chart=np.eye(3)), continuous_angles(thigh)

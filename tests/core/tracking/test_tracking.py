@@ -97,9 +97,7 @@ def test_systematic_counts_are_the_expected_ones_rounded(seed: int, count: int) 
 @given(seed=seeds, count=st.integers(1, 12))
 @settings(max_examples=30)
 def test_systematic_resampling_is_unbiased_in_whatever_order(seed: int, count: int) -> None:
-    """Systematic resampling is unbiased: on average a particle of weight w is drawn S w times, in any order of
-    particles.
-    """
+    """Systematic resampling is unbiased: a particle of weight w is drawn w S times on average in S draws."""
     generator = np.random.default_rng(seed)
     weights = generator.dirichlet(np.ones(count))
     order = generator.permutation(count)

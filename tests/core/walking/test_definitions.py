@@ -102,7 +102,7 @@ OWN_PELVIS = {"walker15": {"pelvis": 1.0}, "plugin_gait": {"PELO": 1.0}}
 
 
 def halved(left: tuple[Rule, Lowering | None], right: tuple[Rule, Lowering | None]) -> object:
-    """Return the rule, with its lowering, for the midpoint of two joints."""
+    """Return the mapping rule for the midpoint of two joints, and the distance by which the midpoint is lowered."""
     points = {*left[0], *right[0]}
     rule = {p: round((left[0].get(p, 0.0) + right[0].get(p, 0.0)) / 2.0, 9) for p in points}
     return ({p: w for p, w in rule.items() if w}, left[1]) if left[1] == right[1] else None
