@@ -266,7 +266,7 @@ class Claim:
             yield from ((data_name, run) for run in runs)
 
     def bounds_on(self, data_name: str) -> Interval | None:
-        """Return the bounds of agreement of this claim on a data set, or None if it has none."""
+        """Return the bounds of agreement of this claim on a data set, or None if they are not defined."""
         registered = self.bounds.registered
         return self.bounds.agrees if registered is None else registered.get(data_name)
 
