@@ -447,7 +447,7 @@ BAD_CLIPS: list[tuple[Callable[[WalkingPopulation, Path], None], str]] = [
     (joint_never_seen, "needs the point 'left_knee'"),
     (two_people, "the file has 2 people: select one with"),
     (standing, "no steady walking"),
-    (backwards, "not forwards"),
+    (backwards, "walks backwards"),
     (few_frames, "no steady walking"),
     (one_frame, "no steady walking"),
     (truncated_c3d, "truncated"),
