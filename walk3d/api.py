@@ -58,7 +58,7 @@ class CalibratedModel(WalkersModel):
 
 @shortened
 class ShippedWalkers(LinearModel):
-    """Average walker and eigenwalkers of the model that is part of this package.
+    """Average walker and eigenwalkers of the model that is shipped with this package.
 
     Attributes
     ----------
@@ -73,7 +73,7 @@ class ShippedWalkers(LinearModel):
 
 
 class _Known(TypedDict, total=False):
-    """Facts that are known about a film: fields of `walk3d.film.reconstruct.clip.Input`."""
+    """Optional facts about a film, as in the fields of `walk3d.film.reconstruct.clip.Input`."""
 
     frame_rate_hz: float
     layout: str
@@ -127,7 +127,7 @@ def reconstruct(
 def calibrate(
     model: WalkersModel | ShippedWalkers, walks: Sequence[FourierRepresentation], people: Sequence[str] = ()
 ) -> CalibratedModel | ShippedWalkers:
-    """Return a model that is calibrated for another laboratory with a few of this laboratory's 3D walks.
+    """Calibrate a model for another laboratory, from the 3D walks of a few people recorded there.
 
     The walks show that laboratory's joint definitions and body sizes: their difference from the model's average walker,
     beyond the differences between people.  `from_view` then reconstructs other people of that laboratory.
@@ -187,7 +187,7 @@ def from_view(
     noise_variance_mm2: float = 70.0,
     laboratory: str = "known",
 ) -> Reconstruction:
-    """Return the reconstruction of a walk from one view, with error bars.
+    """Reconstruct a walk from one view, with error bars.
 
     Parameters
     ----------
@@ -259,7 +259,7 @@ def from_view(
 def walkers(
     height_mm: float = HEIGHT_MM, components: int = 30, *, model_folder: str | Path | None = None
 ) -> ShippedWalkers:
-    """Return the average walker and the eigenwalkers of the package's model, as input of `from_view`.
+    """Return the average walker and the eigenwalkers that are shipped with this package, for use in `from_view`.
 
     They have two harmonics and the mean pelvis as origin, like walks from `pipeline.represent`.  The model's card,
     ``walk3d/film/reconstruct/walkers/CARD.md``, lists its people.  Walkers of another laboratory need
@@ -304,7 +304,8 @@ def walkers(
 
 
 def angles(motion: MotionCapture, skeleton: str = "auto", subject: str = "") -> dict[str, np.ndarray]:
-    """Return the flexion (T,), degrees, of hips, knees, shoulders and elbows by name, and the times ``time_s``.
+    """Return a dictionary with the flexion (T,) of hips, knees, shoulders and elbows, degrees, and the times
+    ``time_s``.
 
     Names are ``left_knee_deg``, …; a frame in which a joint is missing has no angle (NaN).  `joint_angles` explains
     signs and zeros.  ``pandas.DataFrame(angles(motion))`` is a table.

@@ -47,7 +47,9 @@ def joints_of(angle: str) -> tuple[int, ...]:
 
 
 def flexion(positions: np.ndarray) -> np.ndarray:
-    """Return the flexion (…, 4, 2) of joints, radians; it is 0 for limbs that hang straight down.
+    """Return the flexion (…, 4, 2) of hips, knees, shoulders and elbows, radians, from joint positions (…, 15, 3).
+
+    The flexion of limbs that hang straight down is 0.
 
     The axis of length 4 has the order of `JOINT_ANGLES`; the last axis has the order left, right.
 
@@ -90,7 +92,7 @@ def _unit(vectors: np.ndarray) -> np.ndarray:
 
 
 def angle_errors(found: np.ndarray, true: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the root mean square error (…) over a cycle, with and without its constant offset, radians.
+    """Return the root mean square errors (…) of joint angles over a cycle, with and without their mean error, radians.
 
     Parameters
     ----------

@@ -25,7 +25,7 @@ NORMAL_95 = 1.959963984540054
 PHASES = 8
 """Number of instants of the gait cycle at which error bars are compared with errors."""
 MIN_CALIBRATORS, MAX_CALIBRATORS = 10, 60
-"""Smallest number of walkers for a calibration, and largest number of walkers that it leaves out in turn."""
+"""Minimum number of walkers for a calibration of error bars, and maximum number of walkers that are left out for it."""
 MIN_SD_MM = 1e-6
 """Standard deviation, mm, below which a coordinate counts as visible."""
 
@@ -83,7 +83,7 @@ def _at_instants(
 def covariance_of_map(
     model: LinearModel, view_angle_rad: float, hidden: np.ndarray, noise_variance: float
 ) -> np.ndarray:
-    """Return the posterior covariance (15, 3, 5, 3, 5), mm², of the missing coordinates under approach II.
+    """Return the posterior covariance (15, 3, 5, 3, 5), mm², of each joint's unknown Fourier coefficients under MAP.
 
     Parameters
     ----------
@@ -157,7 +157,7 @@ def of_unknown_laboratory(
     share: float = 1.0,
     known: Sequence[np.ndarray] = (),
 ) -> Reconstruction:
-    """Return the reconstruction of a walk from a laboratory that is not in the training data of a prior.
+    """Reconstruct a walk from one view with a prior that was learnt in other laboratories.
 
     The covariance is Laplace's approximation at the most probable walk.
 

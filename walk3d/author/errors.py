@@ -89,7 +89,7 @@ class AverageWalkerErrors(Sweep):
     view_angle_deg: Swept = scaled(start=0, stop=90, step="view_step_deg")  # of the curves
 
     def further_files(self, data: Data) -> dict[str, Path]:
-        """Return the path of the walker's file, with the key ``walker``."""
+        """Return the path of the file with the outside walker, with the key ``walker``."""
         if self.walker:
             if not Path(self.walker).is_file():
                 raise InvalidInput(
@@ -103,7 +103,8 @@ class AverageWalkerErrors(Sweep):
         return {"walker": find_here(AVERAGE, data).path}
 
     def measure(self, inputs: AnatomicalInputs) -> OutsideErrors:
-        """Return the errors of all methods with models trained on all people, and of models without one person.
+        """Return the errors of all methods, with models trained on all people and with models trained without one
+        person.
 
         The models without one person give the intervals over the training people.
         """
@@ -133,7 +134,7 @@ class AverageWalkerErrors(Sweep):
 
 
 class _Test:
-    """Reconstruction of the outside walker by models of the training people."""
+    """Reconstruction of the outside walker by models that are trained on the data set."""
 
     def __init__(
         self, people: People, walker: FourierSamples, anybody: Setting, options: AverageWalkerErrors
@@ -179,7 +180,7 @@ class _Test:
     def errors(
         self, without: tuple[int, ...], view_deg: np.ndarray, noise_mm2: float = 0.0
     ) -> tuple[float, np.ndarray]:
-        """Return sigma² of ``map_best``, mm², and the RMS errors (M, A), mm, of M methods from A views.
+        """Return sigma², mm², of the method ``map_best``, and the RMS errors (M, A), mm, of M methods from A views.
 
         If the given sigma² is 0, the sigma² with the smallest error is selected.
         """
@@ -192,7 +193,7 @@ class _Test:
 
 
 def read_walker(path: Path, dataset: FourierDataset) -> tuple[FourierSamples, str]:
-    """Return the walk in a file, represented with the options of a dataset, and the source with its terms of use.
+    """Read a walk from a file; return its Fourier representation, and the walk's source with its terms of use.
 
     Raises
     ------
@@ -211,7 +212,7 @@ def read_walker(path: Path, dataset: FourierDataset) -> tuple[FourierSamples, st
 
 
 def _rows(error: np.ndarray, view_deg: np.ndarray) -> pd.DataFrame:
-    """Return a table of errors (M, A) with a row for each method and view."""
+    """Return errors (M, A) as a table with a row for each of M methods and A views."""
     return pd.DataFrame(
         {
             "method": np.repeat(METHODS, len(view_deg)),

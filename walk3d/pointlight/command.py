@@ -98,7 +98,9 @@ class FileOptions:
 
 @dataclass
 class Display(FileOptions, DisturbanceOptions, ViewOptions, WalkOptions):
-    """All options of the command. The name of an option ends in its unit; `point_lights` explains the options.
+    """All options of the command `pointlight`.
+
+    The name of an option ends in its unit; `point_lights` explains the options.
 
     Options without bounds are checked when the display is made.
     """
@@ -119,7 +121,7 @@ _NEEDED_OPTION = {
     "field": "noise_dots",
     "speed_mm_s": "translating",
 }
-"""Options that have no effect without a second option, mapped to this second option."""
+"""Options that have an effect only together with a second option, mapped to the second option."""
 
 USAGE = "pointlight RECORDING|FOLDER|synthetic|author [view_angle_deg=90] [inverted=true] [noise_dots=60] to=walker.svg"
 
@@ -131,7 +133,7 @@ _VIEW_OPTIONS = (
 
 
 def make(arguments: Sequence[str]) -> tuple[Path, str]:
-    """Write the display that the arguments select; return its path and a description.
+    """Write the point-light display that the arguments select; return its path and a description.
 
     Raises
     ------
@@ -160,7 +162,7 @@ def make(arguments: Sequence[str]) -> tuple[Path, str]:
 
 
 def _in_view(target: Path, walk: Walk, options: Display) -> str:
-    """Write the dots of a view to a file, and return a description of the display."""
+    """Write the dots of a walk, as seen from one view, to a file; return a description of the display."""
     hundredths = max(
         2, round(100 / options.frame_rate_hz)
     )  # duration of a GIF's frame, hundredths of a second
@@ -183,7 +185,7 @@ def _in_view(target: Path, walk: Walk, options: Display) -> str:
 
 
 def display(walk: Walk, options: Display) -> PointLights:
-    """Return the dots of a walk, with the selected manipulations and noise dots.
+    """Return the point-light dots of a walk, with the selected manipulations and noise dots.
 
     Every disturbance has a separate generator, so that one does not change the random numbers of another.
     """
@@ -222,7 +224,7 @@ def display(walk: Walk, options: Display) -> PointLights:
 
 
 def _walk(kind: str, path: Path, options: WalkOptions) -> Walk:
-    """Return the selected walker: synthetic, Troje's average walker, or from a figure, keypoints or a recording."""
+    """Return the walk to display: synthetic, Troje's average walker, or from a figure, keypoints or a recording."""
     harmonics = options.harmonics
     if kind == "synthetic":
         gender = options.gender or 0.0
@@ -258,7 +260,10 @@ def _walk(kind: str, path: Path, options: WalkOptions) -> Walk:
 
 
 def _speed(walk: Walk, options: ViewOptions) -> float:
-    """Return the speed, mm/s: 0 for a walk on the spot, otherwise the requested speed or the walk's speed."""
+    """Return the speed of the displayed walker, mm/s.
+
+    It is 0 for a walk on the spot, otherwise the requested speed or the walk's speed.
+    """
     if not options.translating:
         return 0.0
     if options.speed_mm_s is not None:

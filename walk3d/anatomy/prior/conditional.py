@@ -1,4 +1,4 @@
-"""Gaussian conditional of the missing coefficients given the observed ones, without bone lengths.
+"""Gaussian distribution of a walker's unknown coefficients given the observed ones, without bone-length constraints.
 
 Symbols
 -------
@@ -28,7 +28,7 @@ from walk3d.anatomy.prior.prior import JOINTS, Prior, image_axes
 
 @dataclass(frozen=True, kw_only=True)
 class Noise:
-    """Noise of the observed coefficients.
+    """Noise model of the observed Fourier coefficients of a walker.
 
     Attributes
     ----------
@@ -48,13 +48,14 @@ class Noise:
     slow: float = 0.0
 
     def floor(self, blocks: int) -> np.ndarray:
-        """Return the variance (1 + 2H,), mm², that bias and slow error add to the coefficients of a joint."""
+        """Return the variances (1 + 2H,), mm², that constant and periodic detector errors add to the coefficients of a
+        joint."""
         harmonics = max(blocks // 2, 1)
         return np.concatenate([[self.bias**2], np.full(blocks - 1, self.slow**2 / harmonics)])
 
 
 def unknown_coefficients(hidden: np.ndarray, blocks: int) -> np.ndarray:
-    """Return the mask (45 B,), ordered by joint, image axis and block, of coefficients that a view does not show."""
+    """Return the mask (45 B,) of coefficients that a view does not show, ordered by joint, image axis and coefficient."""
     unknown = np.zeros((JOINTS, 3, blocks), bool)
     unknown[:, 2] = True
     unknown[hidden] = True
@@ -62,7 +63,7 @@ def unknown_coefficients(hidden: np.ndarray, blocks: int) -> np.ndarray:
 
 
 NOTHING_HIDDEN = np.zeros(JOINTS, bool)
-"""Mask (15,) of hidden joints, in which no joint is hidden."""
+"""Mask (15,) that marks no joint as hidden."""
 
 
 def inverse(matrix: np.ndarray) -> np.ndarray:
@@ -192,7 +193,7 @@ class Conditional:
 
     @cached_property
     def covariance(self) -> np.ndarray:
-        """Conditional covariances Sigma (A, U, U), mm²."""
+        """Covariances Sigma (A, U, U), mm², of the unknown coefficients given the observed ones, for A views."""
         covariances = self.before.copy()
         for sigma, factor, crossed in zip(covariances, self.factor, self.crossed, strict=True):
             white, _ = lapack.dtrtrs(factor, crossed.T, lower=1)
@@ -222,7 +223,8 @@ class Conditional:
         return np.stack(terms[1:]) + terms[0]
 
     def _given_heights(self, observed: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return vertical deviations, deviations across given the vertical, and expected unknown deviations.
+        """Return the vertical deviations from the mean, the horizontal ones given them, and the expected unknown
+        deviations.
 
         `observed` is (A, M, O), or (1, M, O) for the same coefficients in every view.
         """
@@ -246,7 +248,7 @@ class Conditional:
 def condition(
     prior: Prior, view_angles_rad: np.ndarray, *, noise: Noise, hidden: np.ndarray = NOTHING_HIDDEN
 ) -> Conditional:
-    """Return the conditional of the unknown coefficients for A views of a prior."""
+    """Return the Gaussian distribution of the unknown coefficients given the observed ones, for A views."""
     return heights_seen(prior, noise=noise, hidden=hidden).from_views(view_angles_rad)
 
 
@@ -305,7 +307,9 @@ def expect_from_walks(
     unknown: np.ndarray,
     noise_variances: Sequence[float],
 ) -> np.ndarray:
-    """Return the means mu (S, A, M, U), mm, of M walkers in A views for S noise variances, from N walks.
+    """Return the expected unknown coefficients (S, A, M, U), mm, of M walkers in A views for S noise variances.
+
+    The prior has the sample covariance of N training walks.
 
     Parameters
     ----------

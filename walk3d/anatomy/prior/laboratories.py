@@ -1,4 +1,4 @@
-"""Prior for a laboratory outside the training data, with other joint definitions and body sizes.
+"""Prior for walkers of a laboratory outside the training data, which may differ in joint definitions and body sizes.
 
 Symbols
 -------
@@ -31,9 +31,9 @@ from walk3d.anatomy.prior.bars import GROUP_OF_JOINT, GROUPS
 from walk3d.anatomy.prior.prior import JOINTS, Prior, by_joint
 
 ASSUMED_CONTRASTS = 4.0
-"""Weight of the assumed differences, expressed as a number of contrasts between laboratories."""
+"""Weight of the assumed differences between laboratories, as an equivalent number of observed differences."""
 COMMON = 0.5
-"""Share of a laboratory's difference L that all its people have in common.
+"""Share of the difference between laboratories that all people of one laboratory have in common.
 
 The rest varies between people with the placement of markers.
 """
@@ -43,7 +43,7 @@ _OUTWARDS = np.array([-1.0 if joint.startswith("left") else 1.0 for joint in WAL
 
 @dataclass(frozen=True, kw_only=True)
 class Differences:
-    """Differences between two laboratories.
+    """Standard deviations of the differences between two laboratories in joint positions and in body size.
 
     Attributes
     ----------
@@ -162,7 +162,8 @@ def learn_differences(
     offset = of_person - size[:, None, None] * average
 
     def deviation_of(values: np.ndarray, before: float) -> float:
-        """Return the standard deviation of the difference between laboratories, pooled over n columns (P, n)."""
+        """Return the standard deviation of the difference between two laboratories, pooled over the columns of `values`
+        (P, n)."""
         means = np.stack([values[laboratory == number].mean(axis=0) for number in range(len(names))])
         sampling = ((values - means[laboratory]) ** 2).sum(axis=0).mean() / (len(who) - len(names)) / counts
         reliability = 0.5 * before**2 / np.maximum(0.5 * before**2 + sampling, np.finfo(float).tiny)

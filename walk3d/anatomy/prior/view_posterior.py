@@ -22,11 +22,11 @@ from walk3d.anatomy.prior.conditional import Noise, heights_seen
 from walk3d.anatomy.prior.prior import Prior, mirror_image
 
 FINE = 8
-"""Number of angles of the interpolated posterior per candidate angle."""
+"""Number of angles in the interpolated posterior of the view angle per candidate angle."""
 
 
 def circle(count: int) -> np.ndarray:
-    """Return `count` candidate angles (G,) that cover the full circle from -pi; `count` is even."""
+    """Return `count` candidate view angles (G,), rad, equally spaced on the full circle from -pi; `count` is even."""
     return -np.pi + 2.0 * np.pi * np.arange(count) / count
 
 

@@ -1,4 +1,4 @@
-"""Anatomical prior of walkers as a model: mirror images, and bones of constant, symmetric length."""
+"""Model of walkers with the anatomical prior, which uses mirror images and bones of constant, symmetric length."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Layouts of keypoints (``conf/keypoints/*.yaml``): the joint of each point, and the offset from this joint.
+"""Layouts of keypoints (``conf/keypoints/*.yaml``): the joint that each point marks, and its offset from the joint.
 
 A layout is recognised by the names in the file, or by the number of points.  Layouts with the same number are
 distinguished by the positions of their points in the image.
@@ -22,13 +22,14 @@ from walk3d.film.keypoints import Detections
 from walk3d.film.walk import Detector
 
 PREFIX_POINTS = {23: 17, 75: 33, 133: 17, 136: 26, 308: 70, 501: 33, 543: 33}
-"""Number of points in layouts with feet, hands or face, and number of points, from the first, that are used."""
+"""Number of points in layouts with feet, hands or face, mapped to the number of points at their beginning that are
+used."""
 COMPLETED_POINTS = {29: 33, 31: 33}
-"""Number of points in MediaPipe files that lack toes or heels, and the number of points in the full layout."""
+"""Number of points in MediaPipe files without toes or heels, mapped to the number of points in the full layout."""
 MIN_NUMBERED_NAMES = 12
 """Minimum number of numbered names such as kp0, kp1, … for which points are identified by their number."""
 MIN_VISIBLE_SHARE = 0.2
-"""Share of detections with a visible joint, below which the vertical order is checked without this joint.
+"""Share of detections that show a joint, below which the joint is ignored in the check of the vertical order.
 
 Heads, for example, may be outside the image.
 """
@@ -231,7 +232,7 @@ def recognise(source: Detections, layout_name: str = "") -> tuple[Layout, np.nda
 def _by_names(
     source: Detections, layouts_by_name: Mapping[str, Layout], layout_name: str
 ) -> tuple[Layout, np.ndarray, str]:
-    """Return the layout with the same point names as the file, in the form that `recognise` returns."""
+    """Return the layout whose point names match those of the file, in the same form as `recognise`."""
     sided = [name for name in source.names if canonical(name).startswith(("left_", "right_"))]
     differing = (k for k, letters in enumerate(zip(*sided, strict=False)) if len(set(letters)) > 1)
     before = "".join(sided[:1])[: next(differing, 0)]  # anna:, PoseLandmark.

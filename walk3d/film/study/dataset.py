@@ -46,7 +46,10 @@ class FilmedWalkers:
 
     @property
     def sources_left_out(self) -> list[str]:
-        """Names of the sources to leave out in turn; empty if too few people would remain without one of them."""
+        """Names of the data sources that are left out one after another.
+
+        The list is empty if too few people would remain without one of the sources.
+        """
         of_people = self.sources
         names = list(dict.fromkeys(of_people.tolist()))
         return names if all((of_people != name).sum() >= MIN_PEOPLE for name in names) else []

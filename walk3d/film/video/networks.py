@@ -40,7 +40,10 @@ FILES = {
 }
 """Files to extract, each with its path in the wheel and its SHA-256 digest."""
 CACHE = "GAIT_PIPELINE_CACHE"
-"""Environment variable with the parent of the cache folder; the default is the user's cache."""
+"""Environment variable that names the parent of the cache folder.
+
+The default is the user's cache.
+"""
 WAIT_S = 600
 
 

@@ -24,10 +24,11 @@ from walk3d.film.walk.training import BLOCKS, SIZE
 
 EVENTS = ("contact", "toe_off")
 EVENT_DELAYS = (0.032, 0.012)
-"""Delay of each event after the nearest turning point of the ankle, as a share of the cycle.
+"""Delay of contact and of toe-off after the nearest turning point of the ankle, as a share of the gait cycle.
 
 They are means of 54 events that a laboratory marked for 12 children.  They predict the other events of these children
-with a median error of 7 and 11 ms (`tests/benchmarks/gait_events.py`)."""
+with a median error of 7 and 11 ms (`tests/benchmarks/gait_events.py`).
+"""
 SIDED = ("step_time", "stance", "step_length", "hip_most", "hip_least", "knee_most", "knee_least")
 """Gait numbers of one side, in s, shares of the cycle, mm, or rad.
 
@@ -41,11 +42,11 @@ NUMBERS = (
 )
 """Kind and side of each gait number; ``difference`` is left minus right."""
 _STEPS = 4
-"""Number of Newton steps towards the phase of an event, from a start within a degree of the solution."""
+"""Number of Newton steps that refine the phase of a gait event, from an initial error of less than a degree."""
 _GRID = equal_phases(360)
 _BASIS = cycle_basis(_GRID, BLOCKS)
 _ORDER = np.repeat(np.arange(BLOCKS // 2 + 1), 2)[1:]
-"""Harmonic (9,) to which each Fourier coefficient belongs."""
+"""Number of the harmonic to which each of the nine Fourier coefficients belongs."""
 _ANGLES = [ANGLES.index(f"{side}_{kind}") for kind in ("hip", "knee") for side in SIDES]
 
 
@@ -71,7 +72,7 @@ class GaitCycle:
 
 
 def _product(factor: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return the product of two quantities; each quantity is an array (408,) of a value and its derivatives."""
+    """Return the product of two quantities with derivatives, each an array (408,) of the value and its derivatives."""
     product = factor[0] * other + other[0] * factor
     product[0] = factor[0] * other[0]
     return product
@@ -90,7 +91,7 @@ def _at(walker: np.ndarray, joint: int, axis: int, psi: np.ndarray) -> np.ndarra
 
 
 def _event(walker: np.ndarray, ankle: int, sign: float, later: float) -> np.ndarray:
-    """Return the phase of an event and its derivatives, as an array (408,).
+    """Return the phase of a gait event and its derivatives, as an array (408,).
 
     The event comes soon after the ankle is farthest in front (sign 1) or farthest behind (sign -1).
     """
@@ -109,7 +110,7 @@ def _event(walker: np.ndarray, ankle: int, sign: float, later: float) -> np.ndar
 
 
 def _share(later: np.ndarray, earlier: np.ndarray) -> np.ndarray:
-    """Return the share of the cycle from one phase to the next occurrence of another phase, with its derivatives."""
+    """Return the share of the cycle from the phase `earlier` to the next phase `later`, with its derivatives."""
     share = (later - earlier) / (2.0 * np.pi)
     share[0] %= 1.0
     return share
@@ -166,7 +167,8 @@ def gait_cycle(walker: np.ndarray, frequency_hz: float, belt: np.ndarray) -> Gai
 
 
 def deviations(slopes: np.ndarray, covariance: np.ndarray) -> np.ndarray:
-    """Return standard deviations (…) of quantities from their derivatives (…, 407) and a covariance (407, 407)."""
+    """Return standard deviations (…) of quantities, given their derivatives (…, 407) and the walker's covariance (407,
+    407)."""
     return np.sqrt(np.maximum(((slopes @ covariance) * slopes).sum(axis=-1), 0.0))
 
 
@@ -208,7 +210,7 @@ def event_times(
 def angle_curves(
     walker: np.ndarray, covariance: np.ndarray, cycle: GaitCycle, count: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return angles (2, K, 11), rad, from each foot's contact to its next contact, and their standard deviations.
+    """Return joint angles (2, K, 11), rad, from each foot's contact to its next contact, and their standard deviations.
 
     Parameters
     ----------

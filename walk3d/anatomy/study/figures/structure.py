@@ -36,9 +36,9 @@ class StructureLadder(Figure):
     traits = Traits(sequence="seen_from_deg", timeline="view_angle_deg")
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return errors by method and view (``table``), by method (``table_ladder``) and by walker.
+        """Return tables of the reconstruction error by method and view, by method, and by walker.
 
-        The table by walker is ``table_walkers``.
+        They are ``table``, ``table_ladder`` and ``table_walkers``.
         """
         model = inputs.model
         people = PeopleResampled(len(model.people), inputs.experiment.seed)
@@ -83,7 +83,8 @@ class StructureLadder(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Return charts of the error by view, of every ablation step, and of each person's error against MAP's.
+        """Return charts of the error by view, of the error of each ablation step, and of each person's error compared
+        with MAP.
 
         The errors of the ablation steps have intervals.
         """

@@ -43,7 +43,7 @@ class Setting:
 
     @property
     def linear(self) -> Setting:
-        """This setting without the constraint of bone lengths."""
+        """Copy of this setting without bone-length constraints."""
         return replace(self, within=np.inf, pairs=np.inf)
 
     @property
@@ -62,7 +62,7 @@ class Setting:
         )
 
     def with_noise(self, variance: float) -> Setting:
-        """Return this setting with another sigma²."""
+        """Return a copy of this setting with another noise variance sigma²."""
         return replace(self, noise=replace(self.noise, variance=variance))
 
 
