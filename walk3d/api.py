@@ -148,7 +148,10 @@ def calibrate(
     """
     if not isinstance(model, WalkersModel | ShippedWalkers):
         raise InvalidInput(
-            "must be what fit(walks) or walkers() returns", "model", received=repr(model), code="wrong_type"
+            "must be a model that fit(walks) or walkers() returned",
+            "model",
+            received=repr(model),
+            code="wrong_type",
         )
     if not walks:
         raise InvalidInput("needs at least one walk", "walks", received="none", code="no_walks")
@@ -235,13 +238,16 @@ def from_view(
         return Reconstruction(walk_from_view, covariance, multipliers, walkers_left_out)
     if not isinstance(model, WalkersModel | ShippedWalkers):
         raise InvalidInput(
-            "must be what fit(walks) or walkers() returns", "model", received=repr(model), code="wrong_type"
+            "must be a model that fit(walks) or walkers() returned",
+            "model",
+            received=repr(model),
+            code="wrong_type",
         )
     if any(abs(each.ravel() - sample_of(walk)).max() < SAME_WALK_MM for each in laboratory_walks):
         raise InvalidInput(
             "must not contain the walk to reconstruct",
             "model",
-            received="a model with this walk",
+            received="a model that was learnt from or calibrated with this walk",
             code="same_walk",
         )
     if isinstance(model, WalkersModel):
@@ -259,7 +265,7 @@ def from_view(
 def walkers(
     height_mm: float = HEIGHT_MM, components: int = 30, *, model_folder: str | Path | None = None
 ) -> ShippedWalkers:
-    """Return the average walker and the eigenwalkers that are shipped with this package, for use in `from_view`.
+    """Return a dictionary with the flexion (T,) of hips, knees, shoulders and elbows, degrees, and the times, s.
 
     They have two harmonics and the mean pelvis as origin, like walks from `pipeline.represent`.  The model's card,
     ``walk3d/film/reconstruct/walkers/CARD.md``, lists its people.  Walkers of another laboratory need

@@ -91,9 +91,9 @@ class AnatomicalApproach:
         """
         if self._data.unmeasured[walk].any():
             raise InvalidInput(
-                "the anatomical method needs all joints to estimate the view angle",
+                "the anatomical method estimates the view angle only of walks in which every joint was measured",
                 str(self._data.clip[walk]),
-                "a data.pattern without this clip",
+                "a data.pattern that does not match this clip",
                 code="joints_not_measured",
             )
         walker = anatomical.by_joint(self._data.coefficients[walk])

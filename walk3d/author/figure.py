@@ -95,7 +95,7 @@ class AverageWalkerFigure(Figure):
         return Sheet(charts=charts, columns=3, caption=self.words(inputs, tables))
 
     def words(self, inputs: Inputs, tables: Tables) -> str:
-        """Return the caption: errors of the methods, and the source of the walker with its terms of use."""
+        """Draw postures from each view as in figure 4 of zhang2007, with the missing dimension along the horizontal."""
         table = tables["table"].set_index(METHOD_VIEW)["rms_error_mm"]
         views = table.index.get_level_values(1).unique()
 
@@ -136,7 +136,7 @@ class AverageWalkerFigure(Figure):
 
 
 def _with_percent(rows: pd.DataFrame) -> pd.DataFrame:
-    """Add a column with the error as a percentage of the average walker's error.
+    """Return the mean missing variance of the training people with its interval, and that of the walker, by view.
 
     The average walker's error is that of the same resample and view.
     """

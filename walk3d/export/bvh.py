@@ -193,7 +193,7 @@ def _angles_deg(turns: np.ndarray) -> np.ndarray:
 
 
 class Names(StrEnum):
-    """Naming scheme of the joints."""
+    """Lengths relative to the stature: leg, ankle to ball of the foot (forward and down), and ball to tip of the toes."""
 
     ours = "ours"
     mixamo = "mixamo"

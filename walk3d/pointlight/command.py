@@ -144,7 +144,9 @@ def make(arguments: Sequence[str]) -> tuple[Path, str]:
     kind = kind_of(source, arguments, _KIND_OF_OPTION)
     for name, other in _NEEDED_OPTION.items():
         if any(item.startswith(f"{name}=") for item in arguments) and not getattr(options, other):
-            raise InvalidInput("has no effect alone", name, f"{other}=… as well", code="needs_another")
+            raise InvalidInput(
+                f"has no effect without {other}", name, f"{other}=… as well", code="needs_another"
+            )
     if Path(options.to).suffix.lower() in (".mp4", ".mov", ".webm", ".avi"):
         raise InvalidInput(
             "cannot write a video, since the package installs no video library",

@@ -37,8 +37,7 @@ def at_instants(coefficients: np.ndarray, phases: int) -> np.ndarray:
 
 
 def deviation_at_instants(covariance: np.ndarray, blocks: int, phases: int) -> np.ndarray:
-    """Return standard deviations (…, U / B, K) of coordinates at K phases, from the covariance (…, U, U) of U
-    coefficients.
+    """Return standard deviations (…, U / B, K) of coordinates at K phases, from the coefficients' covariance (…, U, U).
 
     The B coefficients of a coordinate are adjacent.
     """

@@ -48,14 +48,14 @@ class Noise:
     slow: float = 0.0
 
     def floor(self, blocks: int) -> np.ndarray:
-        """Return the variances (1 + 2H,), mm², that constant and periodic detector errors add to the coefficients of a
-        joint."""
+        """Return the variances (1 + 2H,), mm², that constant and periodic detector errors add to a joint's
+        coefficients."""
         harmonics = max(blocks // 2, 1)
         return np.concatenate([[self.bias**2], np.full(blocks - 1, self.slow**2 / harmonics)])
 
 
 def unknown_coefficients(hidden: np.ndarray, blocks: int) -> np.ndarray:
-    """Return the mask (45 B,) of coefficients that a view does not show, ordered by joint, image axis and coefficient."""
+    """Return the mask (45 B,) of coefficients that a view does not show, by joint, image axis and harmonic."""
     unknown = np.zeros((JOINTS, 3, blocks), bool)
     unknown[:, 2] = True
     unknown[hidden] = True
@@ -72,7 +72,7 @@ def inverse(matrix: np.ndarray) -> np.ndarray:
     if failed:
         raise InvalidInput(
             "the covariance of the unknown coefficients is not positive definite",
-            expected="tau above 0",
+            expected="a variance tau above 0 in directions without training walks",
             code="not_positive_definite",
         )
     half, _ = lapack.dpotri(factor, lower=1, overwrite_c=1)
@@ -214,7 +214,10 @@ class Conditional:
         return expected
 
     def cost(self, observed: np.ndarray) -> np.ndarray:
-        """Return -2 log p (A, M), up to a constant, of observed coefficients (M, O) that are the same in every view."""
+        """Return deviations from the mean along the vertical and the horizontal, and expected unknown deviations.
+
+        The horizontal deviations are those given the vertical deviations.
+        """
         heights, off, _ = self._given_heights(observed[None])
         terms = []
         for factor, values in ((self.heights.factor, heights[0]), *zip(self.factor, off, strict=True)):
@@ -293,7 +296,7 @@ def _factorise(covariance: np.ndarray) -> None:
     if failed:
         raise InvalidInput(
             "the covariance of the observed coefficients is singular",
-            expected="a noise variance or tau above 0",
+            expected="a noise variance sigma² above 0, or a variance tau above 0 in directions without training walks",
             code="no_variance",
         )
 
@@ -345,7 +348,7 @@ def expect_from_walks(
             _, shares, failed = lapack.dposv(matrix.T, right, lower=1, overwrite_a=1)
             if failed:
                 raise InvalidInput(
-                    "linearly dependent walks need a larger noise variance",
+                    "the training walks are linearly dependent and need a larger noise variance",
                     expected="a larger sigma²",
                     code="too_little_noise",
                 )

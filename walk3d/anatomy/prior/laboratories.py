@@ -133,7 +133,7 @@ def learn_differences(
     *,
     worth: float = ASSUMED_CONTRASTS,
 ) -> Differences:
-    """Estimate the differences between laboratories as random effects, shrunken towards assumed differences.
+    """Return the standard deviation of the difference between two laboratories, pooled over n columns (P, n).
 
     Parameters
     ----------

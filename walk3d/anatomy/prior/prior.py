@@ -86,13 +86,13 @@ class Prior:
 
     @cached_property
     def by_axis(self) -> np.ndarray:
-        """Covariance (45 B, 45 B), mm², ordered by axis, then by joint and coefficient."""
+        """Return Fourier coefficients (…, 1 + 2H, 15, S) in the order (…, 15, S, 1 + 2H), with the coefficients last."""
         n = self.mean.size
         return np.ascontiguousarray(self.covariance.transpose(1, 0, 2, 4, 3, 5)).reshape(n, n)
 
 
 def by_joint(coefficients: np.ndarray) -> np.ndarray:
-    """Move the axis of Fourier coefficients to the end: from (…, 1 + 2H, 15, S) to (…, 15, S, 1 + 2H)."""
+    """Return Fourier coefficients (…, 15, S, 1 + 2H) in the order (…, 1 + 2H, 15, S); inverse of `by_joint`."""
     return np.ascontiguousarray(np.moveaxis(coefficients, -3, -1))
 
 
@@ -119,7 +119,7 @@ def person_weights(people: np.ndarray) -> np.ndarray:
 
 
 class Walks:
-    """Training walks (R, 1 + 2H, 15, 3), mm, from which priors of any selection of the walks are learnt.
+    """Return the weighted mean (45 B,) of the selected walks, their scaled deviations from it, and weights (N,).
 
     Raises
     ------

@@ -22,12 +22,11 @@ STANCE_PHASES = 8
 They are the phases in which the ankle moves backwards fastest.
 """
 _MIN_VARIANCE = 25.0
-"""Minimum variance that the stance constraint allows an ankle's velocity, (mm per radian of phase)²."""
+"""Return linear functions that are zero if feet in stance move with the ground, and one for the ground's speed."""
 
 
 def stance_rows(mean: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return linear functions that are zero if feet in stance move with the ground, and one that gives the ground's
-    speed.
+    """Return the prior with the stance constraint, whose variance is estimated from R walks (R, 1 + 2H, 15, 3).
 
     Parameters
     ----------

@@ -84,7 +84,7 @@ def _require_few_people(people: np.ndarray, where: str) -> None:
     """Raise InvalidInput if the numbers of people in each frame (T,) are too large for tracking."""
     if (pairs := int(people @ people)) > MAX_PAIRS or people.max() > max(len(people), MAX_PEOPLE):
         raise damaged(
-            "too many people to be tracked",
+            "the file has too many people per frame to track them",
             where,
             f"fewer people than frames, and {MAX_PAIRS} pairs or fewer (all frames of a person may be in one)",
             f"up to {people.max()} in a frame, {pairs} pairs",

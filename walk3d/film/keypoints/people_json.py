@@ -98,7 +98,7 @@ def _has(item: Any, *keys: str) -> bool:
 
 
 def frames_by_name(names: Iterable[str]) -> tuple[dict[str, int], list[str]]:
-    """Return the frame number, from 0, of each file or image name, and notes for the user.
+    """Read a folder of keypoint files: one file per frame, with the frame number in its name, or a single file.
 
     The frame is the last number in the names that differs between all names.
 

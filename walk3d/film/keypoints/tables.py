@@ -80,7 +80,7 @@ def read_csv(path: Path) -> Detections:
         unnumbered = "frame" not in roles and (is_long or "person" in roles)
         frames, rate = timed(table, roles["time"], None if unnumbered else frames, rate)
     elif "frame" not in roles:
-        table.notes.append("Rows are taken as frames, because there is no column frame.")
+        table.notes.append("Each row is taken as one frame, because the table has no column called frame.")
     _note_cut(frames, table.notes)
     points = np.ones((len(rows), len(names), 3))
     for k, axes in enumerate(columns.values()):

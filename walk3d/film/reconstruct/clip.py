@@ -216,7 +216,7 @@ def _rate(options: Input, source: Detections, notes: list[str]) -> float:
     require_range(f"{Path(options.path).name}, frames a second", rate, at_least=least, at_most=most)
     if source.frame_rate_hz and abs(rate / source.frame_rate_hz - 1) > 5e-4:
         notes.append(
-            f"The file says {source.frame_rate_hz:g} frames per second; {rate:g} was given and is used."
+            f"The file states {source.frame_rate_hz:g} frames per second, but input.frame_rate_hz={rate:g} is used."
         )
     return rate
 

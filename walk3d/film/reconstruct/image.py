@@ -78,7 +78,7 @@ def in_pixels(
             raise InvalidInput(
                 "the coordinates are relative to the body, not to the image",
                 expected="landmarks in the image, as MediaPipe's pose_landmarks",
-                received="many beyond -1 and 1",
+                received="many coordinates below -1 or above 1",
                 code="not_in_image",
             )
         pixels = pixels * np.array(size, float)
@@ -103,7 +103,7 @@ def in_pixels(
     ):
         low, high = np.percentile(visible, [1, 99], axis=0).round().astype(int).tolist()
         raise InvalidInput(
-            "the keypoints are outside an image of this size: width and height may be exchanged, or from another film",
+            "the keypoints are outside an image of this size: width and height are exchanged or belong to another film",
             "input.width, input.height",
             f"a size that contains {low[0]} to {high[0]} x {low[1]} to {high[1]} pixels",
             f"{size[0]} x {size[1]}",

@@ -1,4 +1,4 @@
-"""Layouts of keypoints (``conf/keypoints/*.yaml``): the joint that each point marks, and its offset from the joint.
+"""Number of points in layouts with feet, hands or face, mapped to the number of first points that are used.
 
 A layout is recognised by the names in the file, or by the number of points.  Layouts with the same number are
 distinguished by the positions of their points in the image.
@@ -220,7 +220,7 @@ def recognise(source: Detections, layout_name: str = "") -> tuple[Layout, np.nda
     first, second = sorted([0.0, *scores])[:-3:-1]
     if (first < 0.5 or first - second < 0.2) and not (len(fitting) == 1 and np.isnan(upright[0])):
         raise InvalidInput(
-            "the layout is ambiguous: no single order of the points has heads above hips above ankles",
+            "the layout of the keypoints is ambiguous: no or several layouts put heads above hips and hips above ankles",
             expected="points with names, or input.layout=" + " or ".join(layout.name for layout in fitting),
             received=f"{K} points",
             code="unclear_layout",

@@ -65,7 +65,7 @@ class TrainedModel:
 
     @property
     def model(self) -> WalkerModel:
-        """Model of walkers with its full covariance."""
+        """Anatomical prior that is learnt from the model's training walks, for walkers of the model's height."""
         return model_of(expand(self.compact))
 
     @property
@@ -161,7 +161,7 @@ def _load(folder: Path) -> TrainedModel:
     sources = about.get("people_by_source")
     if not isinstance(sources, dict) or not sources:
         raise InvalidInput(
-            "must give the number of people of each source",
+            "must state the number of training people from each data source",
             "manifest.json, people_by_source",
             code="no_sources",
         )

@@ -30,7 +30,7 @@ class Format(StrEnum):
     csv = "csv"
     """CSV file with one row for each joint and frame."""
     csv_wide = "csv_wide"
-    """CSV file with one row for each frame, and one column for each coordinate."""
+    """Return the keypoints (T, 15, 2) used in the fit, px relative to the principal point, NaN where missing."""
 
 
 def keypoints_px(reconstruction: Reconstruction) -> np.ndarray:
@@ -63,7 +63,9 @@ def usable_stretches(walk: Walk) -> list[Stretch]:
 
 
 def to_motion(walk: Walk, stretch: Stretch, names: Names, *, in_place: bool) -> motion.Motion:
-    """Convert a reconstructed stretch of a film to a motion for export.
+    """Return one gait cycle of a reconstructed walk, from left foot contact to the next, for playback in a loop.
+
+    The frame rate is about that of the video.
 
     The arguments `names` and `in_place` only matter for BVH.
     """

@@ -56,7 +56,9 @@ class Training(Options):
 def left_out_errors(
     walks: Walks, groups: np.ndarray, options: Training, error: DetectorError
 ) -> Iterator[tuple[str, StandardErrors]]:
-    """Yield the standardised errors of each person in simulated clips, for models trained without the person's group.
+    """Return statistics of walkers with the requested number of eigenwalkers, reduced for few people.
+
+    The number of eigenwalkers is less than half the number of people.
 
     Parameters
     ----------

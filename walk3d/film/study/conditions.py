@@ -29,7 +29,7 @@ class Changes(StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Knowledge:
-    """Assumptions of the reconstruction about the walker and the detector.
+    """Condition under which clips are simulated: the usual condition, or one that differs from it in one respect.
 
     Attributes
     ----------

@@ -69,8 +69,8 @@ class FilmedWalkersDataset(Dataset):
         people = len(set(clips.person))
         if people < MIN_PEOPLE:
             raise InvalidInput(
-                "too few people to film some who are left out of the model", expected=f"{MIN_PEOPLE} people or more",
-                received=people, code="too_few_people", count=people,
+                "there are too few people to leave some out of the model and simulate films of them",
+                expected=f"{MIN_PEOPLE} people or more", received=people, code="too_few_people", count=people,
             )  # fmt: skip
         walks = training_walks(clips)
         return FilmedWalkers(

@@ -175,7 +175,7 @@ class FilmedClips(Sweep):
         )
 
     def left_out_with(self, dataset: FilmedWalkers) -> list[str]:
-        """Return a label for each person.
+        """Return the index of the model that was trained without the walker's group, or without its data source.
 
         The error bars of a clip are calibrated without all clips that have the same label.
         """
@@ -232,7 +232,9 @@ def calibrations_by_person(person: np.ndarray, measured: list[ClipErrors]) -> di
 
 
 def covered(measured: ClipErrors, calibration: Calibration | None) -> np.ndarray:
-    """Return the coverage (3,) of the joints' error bars in one clip, as a share, at each of three levels.
+    """Return a clip's errors of gait events, ms, and coverage of error bars for angles and gait-cycle numbers.
+
+    The error bars are those of 95 %.
 
     Without a calibration, the error bars are those of the posterior.
     """
@@ -248,7 +250,7 @@ def covered(measured: ClipErrors, calibration: Calibration | None) -> np.ndarray
 
 
 def covered_cycle(measured: ClipErrors, calibration: Calibration) -> dict[str, float]:
-    """Return a clip's errors of gait events, ms, and the coverage of 95 % error bars of angles and gait-cycle numbers."""
+    """Return the table row of one clip: errors of view and cadence, residual, coverage, verdict and labels."""
     half = NORMAL[-1] * calibration.angles[KIND_OF, -1], NORMAL[-1] * calibration.cycle[:, -1]
     cycle = np.concatenate([z <= wide for z, wide in zip(measured.over_sd.cycle, half[1], strict=True)])
     return {

@@ -66,7 +66,7 @@ def keypoints_table(
         if not (package := missing_package(error)):
             raise
         raise InvalidInput(
-            f"a video needs {install_hint(package)}", "input.path", received=video.name,
+            f"the detection of keypoints in a video needs {install_hint(package)}", "input.path", received=video.name,
             code="missing_package", typed=True, package=package
         ) from error  # fmt: skip
     filmed = keypoints_of(video, pose, lambda done: progress(done, every))

@@ -71,7 +71,10 @@ def pictures(path: Path) -> Iterator[tuple[float, np.ndarray]]:
     try:
         if not video.isOpened():
             raise InvalidInput(
-                "the video cannot be opened", path.name, "a film that FFmpeg reads", code="unreadable"
+                "the video cannot be opened",
+                path.name,
+                "a video file that FFmpeg can read",
+                code="unreadable",
             )
         while True:
             has_picture, picture = video.read()

@@ -50,7 +50,7 @@ def silent() -> Iterator[None]:
 
 
 def anchors() -> np.ndarray:
-    """Return the centres (2254, 2) of the detector's anchors, as shares of the size of its input image."""
+    """Return the square region around a person, px, given the centre and the top of a circle around the body."""
     parts = []
     for cells, times in GRIDS:
         middle = (np.arange(cells) + 0.5) / cells

@@ -117,7 +117,7 @@ def _share(later: np.ndarray, earlier: np.ndarray) -> np.ndarray:
 
 
 def gait_cycle(walker: np.ndarray, frequency_hz: float, belt: np.ndarray) -> GaitCycle:
-    """Return the events and gait numbers of a walker's average cycle.
+    """Return standard deviations (…) of quantities, given their derivatives (…, 407) and the walker's covariance.
 
     Parameters
     ----------

@@ -19,7 +19,7 @@ from walk3d.film.walk.view import level_axes
 
 _HIPS = [LEFT_LEG[0], RIGHT_LEG[0]]
 SCORED = [joint for joint in range(len(WALKER15.joints)) if joint != PELVIS]
-"""Joints whose errors are averaged: all joints except the pelvis, which is the origin."""
+"""Return joint angles (T, 11), rad, given positions (T, 15, 3) in level camera axes and headings (T,), rad."""
 _MIN_SD_MM = 1e-9
 
 
@@ -84,15 +84,14 @@ def event_errors(
 
 
 def number_errors(reconstruction: Reconstruction, walk: TrainingWalk) -> np.ndarray:
-    """Return the errors (25,) of the gait-cycle numbers of a reconstruction, in units of their standard deviations."""
+    """Return a baseline (T, 15, 3), mm: the average walker with the estimated heading, phase and stride frequency."""
     truth = gait_cycle(walk.walker, walk.frequency_hz, stance_rows(walk.walker)[1])
     off = reconstruction.cycle.values - truth.values
     return off / deviations(reconstruction.cycle.slopes, reconstruction.posterior.covariance)
 
 
 def average_walker_mm(reconstruction: Reconstruction) -> np.ndarray:
-    """Return the positions (T, 15, 3), mm, of a baseline: the average walker with the estimated heading, phase and
-    frequency."""
+    """Return a baseline (T, 15, 3), mm: the observed positions in the image, with the average walker's depth."""
     return relative_positions(
         reconstruction.fit.objective.prior.model.mean, reconstruction.fit.x, reconstruction.fit.times
     )
@@ -116,7 +115,9 @@ def image_kept_mm(reconstruction: Reconstruction) -> np.ndarray:
     middle = [PELVIS] if visible[:, PELVIS].any() else _HIPS
     frames = np.flatnonzero(visible[:, middle].all(axis=1))
     if not len(frames):
-        raise InvalidInput("neither the pelvis nor the hips are ever seen", code="pelvis_not_seen")
+        raise InvalidInput(
+            "neither the pelvis nor both hips are visible in any frame", code="pelvis_not_seen"
+        )
     origin = metric[:, middle].mean(axis=1)
     every = np.arange(len(metric))
     pelvis = np.stack([np.interp(every, frames, origin[frames, axis]) for axis in (0, 1)], axis=-1)

@@ -23,7 +23,7 @@ SWITCH = 14.0
 
 
 def cheapest_labels(unchanged: np.ndarray, exchanged: np.ndarray) -> np.ndarray:
-    """Return the mask (T,) of frames whose labels should be exchanged.
+    """Return keypoints or weights (T, 15, …) with left and right exchanged in the given frames of legs and arms.
 
     The arguments are the costs (T,) of the detected and of the exchanged labels.
 

@@ -232,7 +232,7 @@ def best_of(stretches: Sequence[Stretch]) -> Stretch:
 
 
 def reconstruct_film(film: Film) -> FilmResult:
-    """Find the walking in a film, reconstruct it, and judge the result.
+    """Return the residual, px, of a stretch that is a clear walk of usual cadence, or infinity for any other stretch.
 
     Other frame rates are tried if there is no clear walk.
 

@@ -185,7 +185,7 @@ def wander_basis(times: np.ndarray, cosines: int) -> np.ndarray:
 
 
 class Iterate:
-    """Values of the unknowns of the cost J, with intermediate results that are computed once.
+    """Return the walker (3, 15, T), mm, in level camera axes, given a Fourier basis (9, T) at the frames.
 
     Attributes
     ----------
@@ -231,7 +231,7 @@ class Iterate:
 
     @cached_property
     def lengths(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Bone vectors (16, 3, K) at K phases, mm, with their lengths, changes of lengths and left-right differences.
+        """Path velocity minus belt velocity, mm/s, along two axes at three times (6,), with derivatives (6, 417).
 
         In order: bones, lengths (16, K), deviations from the mean lengths (16, K), left minus right mean
         lengths (P,).

@@ -32,7 +32,7 @@ def often_seen(weights: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Path:
-    """Distance and path of a walker, and the motion in the image that remains without them.
+    """Return the medians (…) of the visible values (…, n) over the last axis; at least one value must be visible.
 
     Attributes
     ----------
@@ -199,7 +199,7 @@ def straighten(
     visible = often_seen(weights)
     trunk = [j for j in TRUNK if visible[j]] or np.flatnonzero(visible).tolist()
     if not trunk:
-        raise InvalidInput("no joint is seen in a fifth of the frames", code="joints_rarely_seen")
+        raise InvalidInput("no joint is visible in a fifth of the frames or more", code="joints_rarely_seen")
     duration = times[-1] - times[0]
     order = 3 if duration * typical_hz >= 1.8 else 2
     unit = times / max(duration / 2.0, 1e-9)

@@ -293,8 +293,8 @@ def reconstruct(
         attempts = list(attempts_from(pixels, {"legs": none, "arms": none}))
         if (together := attempts[0].starts.ankles_together) > fitting.max_ankle_correlation:
             raise InvalidInput(
-                "the feet move together",
-                expected=f"a correlation of {fitting.max_ankle_correlation:g} or less",
+                "both feet move together in the image, so the clip is not a walk",
+                expected=f"a correlation between the ankles of {fitting.max_ankle_correlation:g} or less",
                 received=f"{together:.2f}",
                 code="feet_together",
             )

@@ -74,7 +74,7 @@ Only the forward and upward coordinates of these joints matter.
 
 
 def sagittal_angles(positions: np.ndarray) -> np.ndarray:
-    """Return the signed joint angles (…, 11), rad, in the order of `ANGLES`.
+    """Return the derivatives (…, 11, 15, 3) of `sagittal_angles` by the joint positions, rad per unit of length.
 
     The positions of joints (…, 15, 3) are in the walker's axes.
 

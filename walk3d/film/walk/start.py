@@ -218,7 +218,9 @@ def find_starts(
     names = ", ".join(np.array(WALKER15.joints)[visible]) or "none"
     if visible.sum() < 4:
         raise InvalidInput(
-            "fewer than four joints are seen in a fifth of the frames", received=names, code="too_few_joints"
+            "fewer than four joints are visible in a fifth of the frames or more",
+            received=names,
+            code="too_few_joints",
         )
     given_weights, weights = weights > 0, weights * visible
     heights = prior.mean[:, 2, 0]

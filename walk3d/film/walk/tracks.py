@@ -38,7 +38,7 @@ _LEGS = [(joint, leg[0]) for leg in (LEFT_LEG, RIGHT_LEG) for joint in leg[1:]]
 
 @dataclass(frozen=True)
 class Track:
-    """Track of one person through successive frames.
+    """Return the median distances (M,), px, of the joints (15, 2) of one detection from those of M other detections.
 
     Attributes
     ----------
@@ -140,7 +140,7 @@ def _unbroken(frame: np.ndarray, longest_gap: int) -> int:
 def _joined(
     tracks: list[np.ndarray], frame: np.ndarray, pixels: np.ndarray, height: np.ndarray, frame_rate_hz: float
 ) -> list[np.ndarray]:
-    """Join tracks that continue each other in position and size, and return the detections of each person.
+    """Return image column, row and log height at the beginning of a track, and their changes per frame, as (2, 3).
 
     Both ends are extrapolated to the middle of the gap.  Tracks stay separate if a third track that overlaps one of
     them in time fits as well.
@@ -249,7 +249,7 @@ def _runs(flags: np.ndarray) -> list[tuple[int, int]]:
 def straight_stretches(
     pixels: np.ndarray, heights_mm: np.ndarray, frame_rate_hz: float, focal_px: float
 ) -> list[tuple[int, int]]:
-    """Return the straight stretches of a person's track, the longest first.
+    """Return the body's image column (T,), its distance over focal length (T,), mm per pixel, and a frame mask (T,).
 
     A stretch is its first frame and the frame after its last.
 

@@ -224,7 +224,7 @@ class CompactMoments(Population):
 
 
 def compact(sample: Moments, components: int) -> CompactMoments:
-    """Reduce the sample covariance to eigenwalkers, and to the covariance of the remainder within each harmonic.
+    """Return the statistics with the full covariance, restored from eigenwalkers and blocks within each harmonic.
 
     Raises
     ------

@@ -228,7 +228,7 @@ def test_an_unknown_rate_is_asked_for_and_a_wrong_one_remarked_on(model: Path, t
     slow.write_text("time,left_knee_x,left_knee_y\n0,1,2\n0.04,3,4\n", encoding="utf-8")
     notes: list[str] = []
     assert _rate(given(slow, frame_rate_hz=25.03), keypoints.read(slow), notes) == 25.03
-    assert notes == ["The file says 25 frames per second; 25.03 was given and is used."]
+    assert notes == ["The file states 25 frames per second, but input.frame_rate_hz=25.03 is used."]
     # At half the rate it is a slow walk, whose times and speeds depend on the rate.
     half = given(path, frame_rate_hz=15.0, focal_px=sim.focal_px)
     result = summarise(reconstruct_clip(half, model))

@@ -40,7 +40,7 @@ class LearningCurves(Figure):
     traits = Traits(timeline="people")
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return tables of the learning curves, and of the errors by laboratory, training data and method.
+        """Return charts of the learning curves, and of errors and coverage of error bars by laboratory.
 
         ``table`` has the learning curves, and ``table_sources`` has the errors.
 

@@ -40,7 +40,7 @@ class HiddenJointErrors(Figure):
     traits = Traits(timeline="view_angle_deg")
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return tables of the errors of hidden joints and of the coverage of their error bars.
+        """Return charts of the errors of hidden and visible joints, and of the coverage of the error bars.
 
         ``table`` has the errors by hidden joints, method and view; ``table_hidden`` contains the means over all views.
 

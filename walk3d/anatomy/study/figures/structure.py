@@ -36,7 +36,9 @@ class StructureLadder(Figure):
     traits = Traits(sequence="seen_from_deg", timeline="view_angle_deg")
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return tables of the reconstruction error by method and view, by method, and by walker.
+        """Return charts of the error by view, of the error of each ablation step, and of each person's error.
+
+        The chart of each person's error compares it with the error of MAP.
 
         They are ``table``, ``table_ladder`` and ``table_walkers``.
         """

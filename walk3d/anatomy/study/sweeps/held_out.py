@@ -163,7 +163,7 @@ class People:
     # --- settings selected on other people -------------------------------------------------------------------
 
     def pairs(self, partners: int) -> list[tuple[int, int]]:
-        """Return pairs of people on whom settings are tested, with about `partners` pairs for each person.
+        """Return the mean errors (P, C), mm², of C candidate settings, computed for each of P people on other people.
 
         The people are arranged on a circle, and partners are neighbours.
         """
@@ -304,7 +304,8 @@ class Fold:
         hidden: np.ndarray = anatomical.NOTHING_HIDDEN,
         with_covariance: bool = False,
     ) -> list[Estimate]:
-        """Reconstruct walkers (M, 1 + 2H, 15, 3) from each of A views, with each of the given settings.
+        """Return a person's errors of coefficients (A, 15, B), and errors and standard deviations (A, 15, K) at K
+        instants.
 
         Settings that differ only in their tolerances of lengths are fitted together.
         """

@@ -97,7 +97,7 @@ class Structure(Sweep):
         return StructureErrors(stacked([row for rows in folds for row in rows]))
 
     def _settings(self, people: People, whole: Setting, workers: int) -> dict[str, list[Setting]]:
-        """Return the settings of every method, one setting for each person."""
+        """Return, for each option that is selected after the bone tolerance, a function that lists its candidates."""
 
         published = approach_two(70.0)
         mirror = replace(published, shrinkage=replace(PLAIN, mirror=True))
