@@ -265,7 +265,7 @@ def from_view(
 def walkers(
     height_mm: float = HEIGHT_MM, components: int = 30, *, model_folder: str | Path | None = None
 ) -> ShippedWalkers:
-    """Return a dictionary with the flexion (T,) of hips, knees, shoulders and elbows, degrees, and the times, s.
+    """Return the average walker and the eigenwalkers that are shipped with this package, for use in `from_view`.
 
     They have two harmonics and the mean pelvis as origin, like walks from `pipeline.represent`.  The model's card,
     ``walk3d/film/reconstruct/walkers/CARD.md``, lists its people.  Walkers of another laboratory need
@@ -310,8 +310,7 @@ def walkers(
 
 
 def angles(motion: MotionCapture, skeleton: str = "auto", subject: str = "") -> dict[str, np.ndarray]:
-    """Return a dictionary with the flexion (T,) of hips, knees, shoulders and elbows, degrees, and the times
-    ``time_s``.
+    """Return a dictionary with the flexion (T,) of hips, knees, shoulders and elbows, degrees, and the times, s.
 
     Names are ``left_knee_deg``, …; a frame in which a joint is missing has no angle (NaN).  `joint_angles` explains
     signs and zeros.  ``pandas.DataFrame(angles(motion))`` is a table.

@@ -103,8 +103,7 @@ class AverageWalkerErrors(Sweep):
         return {"walker": find_here(AVERAGE, data).path}
 
     def measure(self, inputs: AnatomicalInputs) -> OutsideErrors:
-        """Return the errors of all methods, with models trained on all people and with models trained without one
-        person.
+        """Return the errors of all methods, with models of all people and with models that leave one person out.
 
         The models without one person give the intervals over the training people.
         """

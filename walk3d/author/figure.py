@@ -95,7 +95,7 @@ class AverageWalkerFigure(Figure):
         return Sheet(charts=charts, columns=3, caption=self.words(inputs, tables))
 
     def words(self, inputs: Inputs, tables: Tables) -> str:
-        """Draw postures from each view as in figure 4 of zhang2007, with the missing dimension along the horizontal."""
+        """Return the caption: errors of the methods, and the source of the walker with its terms of use."""
         table = tables["table"].set_index(METHOD_VIEW)["rms_error_mm"]
         views = table.index.get_level_values(1).unique()
 
@@ -117,7 +117,7 @@ class AverageWalkerFigure(Figure):
         )
 
     def draw(self, inputs: Inputs, tables: Tables, picture: Picture) -> None:
-        """Draw postures from each view as in figure 4 of zhang2007, with the missing dimension on the horizontal axis."""
+        """Draw postures from each view as in figure 4 of zhang2007, with the missing dimension along the horizontal."""
         truth, times = inputs.sweep.posture_truth, np.arange(self.instants) / self.instants
         groups = []
         for number, method in enumerate(METHODS[1:], 1):
@@ -136,7 +136,7 @@ class AverageWalkerFigure(Figure):
 
 
 def _with_percent(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return the mean missing variance of the training people with its interval, and that of the walker, by view.
+    """Add a column with the error as a percentage of the average walker's error.
 
     The average walker's error is that of the same resample and view.
     """
@@ -146,7 +146,7 @@ def _with_percent(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def _variance_rows(variances: pd.DataFrame) -> pd.DataFrame:
-    """Return the missing variance by view: its mean over the training people with an interval, and the walker's value."""
+    """Return the mean missing variance of the training people with its interval, and that of the walker, by view."""
     value = "missing_variance_mm2"
     rows = []
     for (is_walker, view), group in variances.groupby([variances["who"] == "walker", "view_angle_deg"]):

@@ -193,7 +193,7 @@ def _angles_deg(turns: np.ndarray) -> np.ndarray:
 
 
 class Names(StrEnum):
-    """Lengths relative to the stature: leg, ankle to ball of the foot (forward and down), and ball to tip of the toes."""
+    """Naming scheme of the joints."""
 
     ours = "ours"
     mixamo = "mixamo"
@@ -201,8 +201,7 @@ class Names(StrEnum):
 
 
 _LEG, _FOOT_FORWARD, _FOOT_DOWN, _TOES = 0.491, 0.075, 0.032, 0.04
-"""Lengths relative to the stature: leg, ankle to ball of the foot (forwards and downwards), and ball to tip of the
-toes."""
+"""Lengths relative to the stature: leg, ankle to ball of the foot (forward and down), and ball to tip of the toes."""
 _UP, _FORWARD, _LEFT = np.array([0.0, 1, 0]), np.array([0.0, 0, 1]), np.array([1.0, 0, 0])
 _DIRECTIONS = {"up": _UP, "down": -_UP, "left": _LEFT, "right": -_LEFT, "mean": np.full(3, np.nan)}
 

@@ -214,10 +214,7 @@ class Conditional:
         return expected
 
     def cost(self, observed: np.ndarray) -> np.ndarray:
-        """Return deviations from the mean along the vertical and the horizontal, and expected unknown deviations.
-
-        The horizontal deviations are those given the vertical deviations.
-        """
+        """Return -2 log p (A, M), up to a constant, of observed coefficients (M, O) that are the same in every view."""
         heights, off, _ = self._given_heights(observed[None])
         terms = []
         for factor, values in ((self.heights.factor, heights[0]), *zip(self.factor, off, strict=True)):
@@ -226,8 +223,9 @@ class Conditional:
         return np.stack(terms[1:]) + terms[0]
 
     def _given_heights(self, observed: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the vertical deviations from the mean, the horizontal ones given them, and the expected unknown
-        deviations.
+        """Return deviations from the mean along the vertical and the horizontal, and expected unknown deviations.
+
+        The horizontal deviations are those given the vertical deviations.
 
         `observed` is (A, M, O), or (1, M, O) for the same coefficients in every view.
         """

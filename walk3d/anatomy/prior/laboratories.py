@@ -133,7 +133,7 @@ def learn_differences(
     *,
     worth: float = ASSUMED_CONTRASTS,
 ) -> Differences:
-    """Return the standard deviation of the difference between two laboratories, pooled over n columns (P, n).
+    """Estimate the differences between laboratories as random effects, shrunken towards assumed differences.
 
     Parameters
     ----------
@@ -162,8 +162,7 @@ def learn_differences(
     offset = of_person - size[:, None, None] * average
 
     def deviation_of(values: np.ndarray, before: float) -> float:
-        """Return the standard deviation of the difference between two laboratories, pooled over the columns of `values`
-        (P, n)."""
+        """Return the standard deviation of the difference between two laboratories, pooled over n columns (P, n)."""
         means = np.stack([values[laboratory == number].mean(axis=0) for number in range(len(names))])
         sampling = ((values - means[laboratory]) ** 2).sum(axis=0).mean() / (len(who) - len(names)) / counts
         reliability = 0.5 * before**2 / np.maximum(0.5 * before**2 + sampling, np.finfo(float).tiny)

@@ -117,7 +117,7 @@ class Posterior:
 
 
 class Lengths:
-    """Return bone vectors (n, 16, a, K) along `a` axes at K phases, from the coefficients (n, 15, a, B) of joints.
+    """Bone-length terms of the cost J, and their derivatives, for n observed walks with the same visible joints.
 
     Parameters
     ----------
@@ -153,19 +153,15 @@ class Lengths:
         self._pair_weight = np.broadcast_to(1.0 / limits.pairs**2, (n, len(PAIRS)))
 
     def _along(self, walkers: np.ndarray) -> np.ndarray:
-        """Return the bone-length terms (m,) of the cost J, bone directions, bone lengths, and half the derivatives.
-
-        The directions are (m, 16, a, K), and the lengths are (m, 16, K).  The derivatives (m, 16, K) are those of the
-        terms with respect to the bone lengths.
-        """
+        """Return bone vectors (n, 16, a, K) along `a` axes at K phases, from coefficients (n, 15, a, B) of joints."""
         bones = ENDS @ walkers.reshape(len(walkers), JOINTS, -1)
         return bones.reshape(len(walkers), len(BONES), -1, self._blocks) @ self._basis.T
 
     def _length_terms(self, u: np.ndarray, which: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Return the bone-length terms (m,) of the cost J, the directions and lengths of the bones, and half the
-        derivatives.
+        """Return the bone-length terms (m,) of the cost J, bone directions, bone lengths, and half the derivatives.
 
-        The directions are (m, 16, a, K), and the lengths are (m, 16, K).
+        The directions are (m, 16, a, K), and the lengths are (m, 16, K).  The derivatives (m, 16, K) are those of the
+        terms with respect to the bone lengths.
 
         The derivatives (m, 16, K) are those of the terms with respect to the bone lengths.
         """

@@ -86,18 +86,18 @@ class Prior:
 
     @cached_property
     def by_axis(self) -> np.ndarray:
-        """Return Fourier coefficients (…, 1 + 2H, 15, S) in the order (…, 15, S, 1 + 2H), with the coefficients last."""
+        """Covariance (45 B, 45 B), mm², ordered by axis, then by joint and coefficient."""
         n = self.mean.size
         return np.ascontiguousarray(self.covariance.transpose(1, 0, 2, 4, 3, 5)).reshape(n, n)
 
 
 def by_joint(coefficients: np.ndarray) -> np.ndarray:
-    """Return Fourier coefficients (…, 15, S, 1 + 2H) in the order (…, 1 + 2H, 15, S); inverse of `by_joint`."""
+    """Return Fourier coefficients (…, 1 + 2H, 15, S) in the order (…, 15, S, 1 + 2H), with the coefficients last."""
     return np.ascontiguousarray(np.moveaxis(coefficients, -3, -1))
 
 
 def by_block(walkers: np.ndarray) -> np.ndarray:
-    """Move the axis of Fourier coefficients back from (…, 15, S, 1 + 2H) to (…, 1 + 2H, 15, S); inverse of `by_joint`."""
+    """Return Fourier coefficients (…, 15, S, 1 + 2H) in the order (…, 1 + 2H, 15, S); inverse of `by_joint`."""
     return np.ascontiguousarray(np.moveaxis(walkers, -1, -3))
 
 
@@ -119,7 +119,7 @@ def person_weights(people: np.ndarray) -> np.ndarray:
 
 
 class Walks:
-    """Return the weighted mean (45 B,) of the selected walks, their scaled deviations from it, and weights (N,).
+    """Training walks (R, 1 + 2H, 15, 3), mm, from which priors of any selection of the walks are learnt.
 
     Raises
     ------
@@ -137,8 +137,7 @@ class Walks:
         self._asymmetry = (length[..., PAIRS[:, 0]] - length[..., PAIRS[:, 1]]) ** 2
 
     def centred(self, some: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the weighted mean (45 B,) of the selected walks, their scaled deviations from the mean, and weights
-        (N,).
+        """Return the weighted mean (45 B,) of the selected walks, their scaled deviations from it, and weights (N,).
 
         The deviations are rows (N, 45 B) with ``S = rows^T rows``.
 

@@ -22,11 +22,11 @@ STANCE_PHASES = 8
 They are the phases in which the ankle moves backwards fastest.
 """
 _MIN_VARIANCE = 25.0
-"""Return linear functions that are zero if feet in stance move with the ground, and one for the ground's speed."""
+"""Minimum variance that the stance constraint allows an ankle's velocity, (mm per radian of phase)²."""
 
 
 def stance_rows(mean: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the prior with the stance constraint, whose variance is estimated from R walks (R, 1 + 2H, 15, 3).
+    """Return linear functions that are zero if feet in stance move with the ground, and one for the ground's speed.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def stance_rows(mean: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def with_stance(prior: Prior, coefficients: np.ndarray, weights: np.ndarray, *, share: float) -> Prior:
-    """Return the prior with the stance constraint, whose variance is estimated from training walks (R, 1 + 2H, 15, 3)."""
+    """Return the prior with the stance constraint, whose variance is estimated from R walks (R, 1 + 2H, 15, 3)."""
     rows, _ = stance_rows(prior.mean)
     values = by_joint(coefficients).reshape(len(coefficients), -1) @ rows.T
     spread = weights @ (values - weights @ values) ** 2 + _MIN_VARIANCE

@@ -98,7 +98,7 @@ def _has(item: Any, *keys: str) -> bool:
 
 
 def frames_by_name(names: Iterable[str]) -> tuple[dict[str, int], list[str]]:
-    """Read a folder of keypoint files: one file per frame, with the frame number in its name, or a single file.
+    """Return the frame number, from 0, of each file or image name, and notes for the user.
 
     The frame is the last number in the names that differs between all names.
 
@@ -115,8 +115,7 @@ def frames_by_name(names: Iterable[str]) -> tuple[dict[str, int], list[str]]:
 
 
 def read_folder(path: Path) -> Detections:
-    """Read a folder of keypoint files, with one file per frame whose name contains the frame number, or with a single
-    file."""
+    """Read a folder of keypoint files: one file per frame, with the frame number in its name, or a single file."""
     files = sorted(path.glob("[!.]*.json"))
     labels = sorted(path.glob("*[0-9].txt"))
     if labels and not any(map(holds_keypoints, files)):

@@ -246,7 +246,10 @@ def _selected_frames(frames: str, frame: np.ndarray, rate: float) -> np.ndarray:
 
 
 def _drop_low_confidence(pixels: np.ndarray, confidence: np.ndarray, least: float, notes: list[str]) -> None:
-    """Set keypoints (n, 15, 2) of low confidence to NaN, and flip images whose row numbers increase upwards, in place."""
+    """Set keypoints (n, 15, 2) of low confidence to NaN, and turn inverted images upright, in place.
+
+    An image is inverted if its row numbers increase upwards.
+    """
     doubtful = confidence < least * np.nanmax(confidence)
     if share := (doubtful & np.isfinite(pixels).all(axis=-1)).mean():
         percent = f"{100 * share:.0f}" if share >= 0.005 else "Less than 1"

@@ -59,17 +59,16 @@ _MEASURES = {
     "s": ("s", 0.0, 1.0, 3), "share": ("% of cycle", 0.0, 100.0, 1), "rest": ("% of cycle", 100.0, -100.0, 1),
     "angle": ("°", 0.0, 180.0 / np.pi, 1), "length": ("% of stature", 0.0, 100.0 * HEIGHT_SHARE / HEIGHT_MM, 1),
 }  # fmt: skip
-"""Return the average walker's gait cycle, and the covariance (407, 407) of the model's walkers.
+"""Unit, offset, factor and number of decimals with which each kind of gait-cycle number is reported.
 
-The covariance is that of the Fourier coefficients, the phase and the logarithm of the stride frequency.
+Lengths are per cent of an unknown stature.
 """
 
 
 def _average_cycle(prior: Prior) -> tuple[GaitCycle, np.ndarray]:
-    """Return the average walker's gait cycle, and the covariance (407, 407) of walkers' coefficients and stride
-    frequencies.
+    """Return the average walker's gait cycle, and the covariance (407, 407) of the model's walkers.
 
-    The covariance is that of the population of the model.
+    The covariance is that of the Fourier coefficients, the phase and the logarithm of the stride frequency.
     """
     model, size = prior.model, prior.model.mean.size
     covariance = np.zeros((size + 2, size + 2))

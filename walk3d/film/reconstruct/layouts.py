@@ -1,4 +1,4 @@
-"""Number of points in layouts with feet, hands or face, mapped to the number of first points that are used.
+"""Layouts of keypoints (``conf/keypoints/*.yaml``): the joint that each point marks, and its offset from the joint.
 
 A layout is recognised by the names in the file, or by the number of points.  Layouts with the same number are
 distinguished by the positions of their points in the image.
@@ -22,8 +22,7 @@ from walk3d.film.keypoints import Detections
 from walk3d.film.walk import Detector
 
 PREFIX_POINTS = {23: 17, 75: 33, 133: 17, 136: 26, 308: 70, 501: 33, 543: 33}
-"""Number of points in layouts with feet, hands or face, mapped to the number of points at their beginning that are
-used."""
+"""Number of points in layouts with feet, hands or face, mapped to the number of first points that are used."""
 COMPLETED_POINTS = {29: 33, 31: 33}
 """Number of points in MediaPipe files without toes or heels, mapped to the number of points in the full layout."""
 MIN_NUMBERED_NAMES = 12
@@ -220,7 +219,7 @@ def recognise(source: Detections, layout_name: str = "") -> tuple[Layout, np.nda
     first, second = sorted([0.0, *scores])[:-3:-1]
     if (first < 0.5 or first - second < 0.2) and not (len(fitting) == 1 and np.isnan(upright[0])):
         raise InvalidInput(
-            "the layout of the keypoints is ambiguous: no or several layouts put heads above hips and hips above ankles",
+            "the layout of keypoints is ambiguous: no or several layouts put heads above hips and hips above ankles",
             expected="points with names, or input.layout=" + " or ".join(layout.name for layout in fitting),
             received=f"{K} points",
             code="unclear_layout",

@@ -65,12 +65,12 @@ class TrainedModel:
 
     @property
     def model(self) -> WalkerModel:
-        """Anatomical prior that is learnt from the model's training walks, for walkers of the model's height."""
+        """Model of walkers with its full covariance."""
         return model_of(expand(self.compact))
 
     @property
     def learnt(self) -> Learnt:
-        """Anatomical prior that is learnt from the model's training walks, for the height to which the model is scaled."""
+        """Anatomical prior that is learnt from the model's training walks, for walkers of the model's height."""
         model = self.model
         covariance = model.covariance.reshape(*model.mean.shape, *model.mean.shape)
         prior = Prior(model.mean, covariance, model.bone_variance, model.pair_variance)

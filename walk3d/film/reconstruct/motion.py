@@ -30,11 +30,11 @@ class Format(StrEnum):
     csv = "csv"
     """CSV file with one row for each joint and frame."""
     csv_wide = "csv_wide"
-    """Return the keypoints (T, 15, 2) used in the fit, px relative to the principal point, NaN where missing."""
+    """CSV file with one row for each frame, and one column for each coordinate."""
 
 
 def keypoints_px(reconstruction: Reconstruction) -> np.ndarray:
-    """Return the keypoints (T, 15, 2) used in the fit, px relative to the principal point, with NaN for missing points."""
+    """Return the keypoints (T, 15, 2) used in the fit, px relative to the principal point, NaN where missing."""
     return np.where(reconstruction.keypoints.weights[..., None] > 0, reconstruction.filmed_px, np.nan)
 
 
@@ -63,9 +63,7 @@ def usable_stretches(walk: Walk) -> list[Stretch]:
 
 
 def to_motion(walk: Walk, stretch: Stretch, names: Names, *, in_place: bool) -> motion.Motion:
-    """Return one gait cycle of a reconstructed walk, from left foot contact to the next, for playback in a loop.
-
-    The frame rate is about that of the video.
+    """Convert a reconstructed stretch of a film to a motion for export.
 
     The arguments `names` and `in_place` only matter for BVH.
     """
@@ -77,8 +75,9 @@ def to_motion(walk: Walk, stretch: Stretch, names: Names, *, in_place: bool) -> 
 
 
 def one_cycle(walk: Walk, stretch: Stretch, names: Names, *, in_place: bool) -> motion.Motion:
-    """Return one gait cycle of a reconstructed walk, from left foot contact to the next, as a motion that can be
-    looped.
+    """Return one gait cycle of a reconstructed walk, from left foot contact to the next, for playback in a loop.
+
+    The frame rate is about that of the video.
 
     The frame rate is about that of the video.
 

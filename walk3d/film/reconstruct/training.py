@@ -56,9 +56,7 @@ class Training(Options):
 def left_out_errors(
     walks: Walks, groups: np.ndarray, options: Training, error: DetectorError
 ) -> Iterator[tuple[str, StandardErrors]]:
-    """Return statistics of walkers with the requested number of eigenwalkers, reduced for few people.
-
-    The number of eigenwalkers is less than half the number of people.
+    """Yield the standardised errors of each person in simulated clips, for models trained without the person's group.
 
     Parameters
     ----------
@@ -100,7 +98,10 @@ def left_out_errors(
 
 
 def _compacted(full_moments: Moments, options: Training) -> CompactMoments:
-    """Return statistics of walkers with the requested number of eigenwalkers, but less than half the number of people."""
+    """Return statistics of walkers with the requested number of eigenwalkers, reduced for few people.
+
+    The number of eigenwalkers is less than half the number of people.
+    """
     return compact(full_moments, min(options.components, (full_moments.walkers - 1) // 2))
 
 

@@ -29,7 +29,7 @@ class Changes(StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Knowledge:
-    """Condition under which clips are simulated: the usual condition, or one that differs from it in one respect.
+    """Assumptions of the reconstruction about the walker and the detector.
 
     Attributes
     ----------
@@ -54,8 +54,7 @@ _as_labelled = partial(Fitting, both_labellings=False)
 
 @dataclass(frozen=True, kw_only=True)
 class Condition:
-    """Condition under which clips are simulated and reconstructed; it differs in one respect at most from the usual
-    one.
+    """Condition under which clips are simulated: the usual condition, or one that differs from it in one respect.
 
     Attributes
     ----------

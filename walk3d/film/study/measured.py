@@ -1,4 +1,4 @@
-"""Sweep over simulated clips, which are reconstructed by models without the walker and compared with the ground truth."""
+"""Sweep over simulated clips, reconstructed by models without the walker and compared with the ground truth."""
 
 from __future__ import annotations
 
@@ -175,15 +175,14 @@ class FilmedClips(Sweep):
         )
 
     def left_out_with(self, dataset: FilmedWalkers) -> list[str]:
-        """Return the index of the model that was trained without the walker's group, or without its data source.
+        """Return a label for each person.
 
         The error bars of a clip are calibrated without all clips that have the same label.
         """
         return dataset.people
 
     def _model(self, case: Case, inputs: Inputs) -> int:
-        """Return the index of the model that was trained without the walker's group, or without the walker's data
-        source."""
+        """Return the index of the model that was trained without the walker's group, or without its data source."""
         other_sources = self.conditions[case.condition].knowledge.other_sources
         source = inputs.model.source[case.person]
         return source if other_sources and source >= 0 else inputs.model.group[case.person]
@@ -232,9 +231,7 @@ def calibrations_by_person(person: np.ndarray, measured: list[ClipErrors]) -> di
 
 
 def covered(measured: ClipErrors, calibration: Calibration | None) -> np.ndarray:
-    """Return a clip's errors of gait events, ms, and coverage of error bars for angles and gait-cycle numbers.
-
-    The error bars are those of 95 %.
+    """Return the coverage (3,) of the joints' error bars in one clip, as a share, at each of three levels.
 
     Without a calibration, the error bars are those of the posterior.
     """
@@ -250,7 +247,10 @@ def covered(measured: ClipErrors, calibration: Calibration | None) -> np.ndarray
 
 
 def covered_cycle(measured: ClipErrors, calibration: Calibration) -> dict[str, float]:
-    """Return the table row of one clip: errors of view and cadence, residual, coverage, verdict and labels."""
+    """Return a clip's errors of gait events, ms, and coverage of error bars for angles and gait-cycle numbers.
+
+    The error bars are those of 95 %.
+    """
     half = NORMAL[-1] * calibration.angles[KIND_OF, -1], NORMAL[-1] * calibration.cycle[:, -1]
     cycle = np.concatenate([z <= wide for z, wide in zip(measured.over_sd.cycle, half[1], strict=True)])
     return {
@@ -261,8 +261,7 @@ def covered_cycle(measured: ClipErrors, calibration: Calibration) -> dict[str, f
 
 
 def of_clip(measured: ClipErrors, calibration: Calibration) -> dict[str, float]:
-    """Return the table row of one clip: errors of view and cadence, residual, coverage of error bars, verdict and
-    labels."""
+    """Return the table row of one clip: errors of view and cadence, residual, coverage, verdict and labels."""
     labels = (
         measured.labels_right,
         measured.labels_unsure,

@@ -65,7 +65,7 @@ class KeypointWalkers:
 
 
 def with_harmonics(model: WalkerModel, harmonics: int) -> WalkerModel:
-    """Models in the form of the shipped model, with eigenwalkers and a structured covariance of the remainder."""
+    """Return the model with the coefficients of all harmonics above `harmonics` set to zero."""
     present = np.arange(BLOCKS) < 1 + 2 * harmonics
     every = np.tile(present, JOINTS * 3)
     covariance = np.where(np.outer(every, every), model.covariance, 0.0)
@@ -74,7 +74,7 @@ def with_harmonics(model: WalkerModel, harmonics: int) -> WalkerModel:
 
 
 class KeypointWalkersModel(Model):
-    """Models in the form of the shipped model: eigenwalkers, and a structured covariance of what they do not explain."""
+    """Models in the form of the shipped model, with eigenwalkers and a structured covariance of the remainder."""
 
     dataset = FilmedWalkersDataset
 

@@ -50,7 +50,7 @@ def silent() -> Iterator[None]:
 
 
 def anchors() -> np.ndarray:
-    """Return the square region around a person, px, given the centre and the top of a circle around the body."""
+    """Return the centres (2254, 2) of the detector's anchors, as shares of the size of its input image."""
     parts = []
     for cells, times in GRIDS:
         middle = (np.arange(cells) + 0.5) / cells
@@ -60,8 +60,7 @@ def anchors() -> np.ndarray:
 
 
 def region_of(centre: np.ndarray, rim: np.ndarray) -> np.ndarray:
-    """Return the square region around a person, px, given the centre of a circle around the body and the top of its
-    rim."""
+    """Return the square region around a person, px, given the centre and the top of a circle around the body."""
     away = rim - centre
     return np.array([*centre, 2.0 * MARGIN * np.hypot(*away), np.arctan2(away[0], -away[1])])
 

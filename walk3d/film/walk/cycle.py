@@ -117,7 +117,7 @@ def _share(later: np.ndarray, earlier: np.ndarray) -> np.ndarray:
 
 
 def gait_cycle(walker: np.ndarray, frequency_hz: float, belt: np.ndarray) -> GaitCycle:
-    """Return standard deviations (…) of quantities, given their derivatives (…, 407) and the walker's covariance.
+    """Return the events and gait numbers of a walker's average cycle.
 
     Parameters
     ----------
@@ -167,8 +167,7 @@ def gait_cycle(walker: np.ndarray, frequency_hz: float, belt: np.ndarray) -> Gai
 
 
 def deviations(slopes: np.ndarray, covariance: np.ndarray) -> np.ndarray:
-    """Return standard deviations (…) of quantities, given their derivatives (…, 407) and the walker's covariance (407,
-    407)."""
+    """Return standard deviations (…) of quantities, given their derivatives (…, 407) and the walker's covariance."""
     return np.sqrt(np.maximum(((slopes @ covariance) * slopes).sum(axis=-1), 0.0))
 
 

@@ -19,13 +19,12 @@ from walk3d.film.walk.view import level_axes
 
 _HIPS = [LEFT_LEG[0], RIGHT_LEG[0]]
 SCORED = [joint for joint in range(len(WALKER15.joints)) if joint != PELVIS]
-"""Return joint angles (T, 11), rad, given positions (T, 15, 3) in level camera axes and headings (T,), rad."""
+"""Joints whose errors are averaged: all joints except the pelvis, which is the origin."""
 _MIN_SD_MM = 1e-9
 
 
 def level_angles(positions_mm: np.ndarray, heading_rad: np.ndarray | float) -> np.ndarray:
-    """Return joint angles (T, 11), rad, given positions (T, 15, 3) in level camera axes and the walker's headings (T,),
-    rad."""
+    """Return joint angles (T, 11), rad, given positions (T, 15, 3) in level camera axes and headings (T,), rad."""
     return sagittal_angles(positions_mm @ level_axes(heading_rad))
 
 
@@ -84,21 +83,21 @@ def event_errors(
 
 
 def number_errors(reconstruction: Reconstruction, walk: TrainingWalk) -> np.ndarray:
-    """Return a baseline (T, 15, 3), mm: the average walker with the estimated heading, phase and stride frequency."""
+    """Return the errors (25,) of the gait-cycle numbers of a reconstruction, in units of their standard deviations."""
     truth = gait_cycle(walk.walker, walk.frequency_hz, stance_rows(walk.walker)[1])
     off = reconstruction.cycle.values - truth.values
     return off / deviations(reconstruction.cycle.slopes, reconstruction.posterior.covariance)
 
 
 def average_walker_mm(reconstruction: Reconstruction) -> np.ndarray:
-    """Return a baseline (T, 15, 3), mm: the observed positions in the image, with the average walker's depth."""
+    """Return a baseline (T, 15, 3), mm: the average walker with the estimated heading, phase and stride frequency."""
     return relative_positions(
         reconstruction.fit.objective.prior.model.mean, reconstruction.fit.x, reconstruction.fit.times
     )
 
 
 def image_kept_mm(reconstruction: Reconstruction) -> np.ndarray:
-    """Return the positions (T, 15, 3), mm, of a baseline: the image as observed, with the average walker's depth.
+    """Return a baseline (T, 15, 3), mm: the observed positions in the image, with the average walker's depth.
 
     Missing keypoints are those of the average walker.  The origin is the pelvis, or the middle of the hips if the
     pelvis is never seen.

@@ -23,7 +23,7 @@ SWITCH = 14.0
 
 
 def cheapest_labels(unchanged: np.ndarray, exchanged: np.ndarray) -> np.ndarray:
-    """Return keypoints or weights (T, 15, …) with left and right exchanged in the given frames of legs and arms.
+    """Return the mask (T,) of frames whose labels should be exchanged.
 
     The arguments are the costs (T,) of the detected and of the exchanged labels.
 
@@ -47,7 +47,7 @@ def cheapest_labels(unchanged: np.ndarray, exchanged: np.ndarray) -> np.ndarray:
 
 
 def exchange(values: np.ndarray, frames: dict[str, np.ndarray]) -> np.ndarray:
-    """Return keypoints or weights (T, 15, …) with left and right of legs and arms exchanged in the given frames (T,)."""
+    """Return keypoints or weights (T, 15, …) with left and right exchanged in the given frames of legs and arms."""
     which = np.zeros(values.shape[:2], bool)
     for limb, pairs in LIMBS.items():
         which[:, np.ravel(pairs)] = frames[limb][:, None]

@@ -232,7 +232,7 @@ def best_of(stretches: Sequence[Stretch]) -> Stretch:
 
 
 def reconstruct_film(film: Film) -> FilmResult:
-    """Return the residual, px, of a stretch that is a clear walk of usual cadence, or infinity for any other stretch.
+    """Find the walking in a film, reconstruct it, and judge the result.
 
     Other frame rates are tried if there is no clear walk.
 
@@ -275,8 +275,7 @@ def reconstruct_film(film: Film) -> FilmResult:
 
 
 def _residual_px(stretch: Stretch) -> float:
-    """Return the residual, px, of a stretch that is a clear walk of usual cadence; for any other stretch return
-    infinity."""
+    """Return the residual, px, of a stretch that is a clear walk of usual cadence; otherwise return infinity."""
     plain = (
         stretch.judgement.verdict == Verdict.walk
         and stretch.fitted.strides >= RATE_STRIDES

@@ -185,7 +185,7 @@ def wander_basis(times: np.ndarray, cosines: int) -> np.ndarray:
 
 
 class Iterate:
-    """Return the walker (3, 15, T), mm, in level camera axes, given a Fourier basis (9, T) at the frames.
+    """Values of the unknowns of the cost J, with intermediate results that are computed once.
 
     Attributes
     ----------
@@ -214,8 +214,7 @@ class Iterate:
         self.image = objective.focal_px(x) * self.tangent
 
     def along(self, basis: np.ndarray) -> np.ndarray:
-        """Return the walker (3, 15, T), mm, in level camera axes, from a Fourier basis (9, T) at the times of the
-        frames."""
+        """Return the walker (3, 15, T), mm, in level camera axes, given a Fourier basis (9, T) at the frames."""
         in_walker_axes = (self.x[:SIZE].reshape(-1, BLOCKS) @ basis).reshape(JOINTS, 3, -1)
         return to_level(in_walker_axes.swapaxes(0, 1), self.heading)
 
@@ -231,7 +230,7 @@ class Iterate:
 
     @cached_property
     def lengths(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Path velocity minus belt velocity, mm/s, along two axes at three times (6,), with derivatives (6, 417).
+        """Bone vectors (16, 3, K) at K phases, mm, with their lengths, changes of lengths and left-right differences.
 
         In order: bones, lengths (16, K), deviations from the mean lengths (16, K), left minus right mean
         lengths (P,).
@@ -244,7 +243,7 @@ class Iterate:
 
     @cached_property
     def ties(self) -> tuple[np.ndarray, np.ndarray]:
-        """Path velocity minus belt velocity, mm/s, along two axes at three times (6,), with its derivatives (6, 417)."""
+        """Path velocity minus belt velocity, mm/s, along two axes at three times (6,), with derivatives (6, 417)."""
         x, belt = self.x, self.objective.prior.belt
         omega = 2.0 * np.pi * np.exp(x[LOG_F])
         speed = omega * (belt @ x[:SIZE])

@@ -32,7 +32,7 @@ def often_seen(weights: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Path:
-    """Return the medians (…) of the visible values (…, n) over the last axis; at least one value must be visible.
+    """Distance and path of a walker, and the motion in the image that remains without them.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class Path:
 
 
 def median_of_seen(values: np.ndarray, visible: np.ndarray) -> np.ndarray:
-    """Return the medians (…) of the visible values (…, n) over the last axis, which needs at least one visible value."""
+    """Return the medians (…) of the visible values (…, n) over the last axis; at least one value must be visible."""
     ordered = np.sort(np.where(visible, values, np.inf))
     count = np.broadcast_to(visible, values.shape).sum(axis=-1, keepdims=True)
     middle = [np.take_along_axis(ordered, at // 2, axis=-1)[..., 0] for at in (count - 1, count)]

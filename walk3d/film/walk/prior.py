@@ -221,5 +221,5 @@ def projected_grid(mean: np.ndarray, covariance: np.ndarray, visible: np.ndarray
 
 
 def belt_speed(prior: Prior) -> float:
-    """Reconstruction of a walk from one camera's keypoints: initial estimates, refinement, and choice of the best."""
+    """Return the speed of the ground under the average walker, mm per radian of the gait cycle's phase."""
     return prior.belt @ prior.model.mean.ravel()

@@ -1,4 +1,4 @@
-"""Reconstruction of a walk from one camera's keypoints: initial estimates, refinement, and choice of the best result."""
+"""Reconstruction of a walk from one camera's keypoints: initial estimates, refinement, and choice of the best."""
 
 from __future__ import annotations
 

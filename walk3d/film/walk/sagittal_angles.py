@@ -74,7 +74,7 @@ Only the forward and upward coordinates of these joints matter.
 
 
 def sagittal_angles(positions: np.ndarray) -> np.ndarray:
-    """Return the derivatives (…, 11, 15, 3) of `sagittal_angles` by the joint positions, rad per unit of length.
+    """Return the signed joint angles (…, 11), rad, in the order of `ANGLES`.
 
     The positions of joints (…, 15, 3) are in the walker's axes.
 
@@ -96,8 +96,7 @@ def sagittal_angles(positions: np.ndarray) -> np.ndarray:
 
 
 def sagittal_slopes(positions: np.ndarray) -> np.ndarray:
-    """Return the derivatives (…, 11, 15, 3) of `sagittal_angles` with respect to joint positions, rad per unit of
-    length."""
+    """Return the derivatives (…, 11, 15, 3) of `sagittal_angles` by the joint positions, rad per unit of length."""
     segments = _ENDS @ positions
     y, z = segments[..., 1], segments[..., 2]
     slope = np.stack([np.zeros_like(y), -z, y], axis=-1) / np.maximum(y**2 + z**2, 1e-12)[..., None]

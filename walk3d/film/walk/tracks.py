@@ -38,7 +38,7 @@ _LEGS = [(joint, leg[0]) for leg in (LEFT_LEG, RIGHT_LEG) for joint in leg[1:]]
 
 @dataclass(frozen=True)
 class Track:
-    """Return the median distances (M,), px, of the joints (15, 2) of one detection from those of M other detections.
+    """Track of one person through successive frames.
 
     Attributes
     ----------
@@ -59,8 +59,7 @@ class Track:
 
 
 def _joint_distance(detection: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Return the median distances (M,), px, between the joints (15, 2) of one detection and those of M other
-    detections.
+    """Return the median distances (M,), px, of the joints (15, 2) of one detection from those of M other detections.
 
     The distance is infinite if two detections share fewer than three joints.
     """
@@ -140,7 +139,7 @@ def _unbroken(frame: np.ndarray, longest_gap: int) -> int:
 def _joined(
     tracks: list[np.ndarray], frame: np.ndarray, pixels: np.ndarray, height: np.ndarray, frame_rate_hz: float
 ) -> list[np.ndarray]:
-    """Return image column, row and log height at the beginning of a track, and their changes per frame, as (2, 3).
+    """Join tracks that continue each other in position and size, and return the detections of each person.
 
     Both ends are extrapolated to the middle of the gap.  Tracks stay separate if a third track that overlaps one of
     them in time fits as well.
@@ -186,7 +185,7 @@ def _joined(
 def _end(
     rows: np.ndarray, frame: np.ndarray, pixels: np.ndarray, height: np.ndarray, count: int
 ) -> np.ndarray:
-    """Return the image column, row and log height at the beginning of a track, and their changes per frame, as (2, 3)."""
+    """Return image column, row and log height at the beginning of a track, and their changes per frame, as (2, 3)."""
     near = rows[:count]
     state = np.column_stack([np.nanmedian(pixels[near], axis=1), np.log(height[near])])
     return np.polyfit(frame[near] - frame[rows[0]], state, 1)[::-1]
@@ -249,7 +248,7 @@ def _runs(flags: np.ndarray) -> list[tuple[int, int]]:
 def straight_stretches(
     pixels: np.ndarray, heights_mm: np.ndarray, frame_rate_hz: float, focal_px: float
 ) -> list[tuple[int, int]]:
-    """Return the body's image column (T,), its distance over focal length (T,), mm per pixel, and a frame mask (T,).
+    """Return the straight stretches of a person's track, the longest first.
 
     A stretch is its first frame and the frame after its last.
 
@@ -298,8 +297,7 @@ def straight_stretches(
 
 
 def _ground_path(pixels: np.ndarray, heights_mm: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the body's image column (T,), its distance over focal length (T,), mm per pixel, and a mask (T,) of
-    frames.
+    """Return the body's image column (T,), its distance over focal length (T,), mm per pixel, and a frame mask (T,).
 
     The mask marks the frames in which both were measured; other frames are interpolated.
     """

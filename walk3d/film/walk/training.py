@@ -224,7 +224,7 @@ class CompactMoments(Population):
 
 
 def compact(sample: Moments, components: int) -> CompactMoments:
-    """Return the statistics with the full covariance, restored from eigenwalkers and blocks within each harmonic.
+    """Reduce the sample covariance to eigenwalkers, and to the covariance of the remainder within each harmonic.
 
     Raises
     ------
@@ -242,7 +242,7 @@ def compact(sample: Moments, components: int) -> CompactMoments:
 
 
 def expand(sample: CompactMoments) -> Moments:
-    """Return the statistics with a full covariance, restored from eigenwalkers and the covariance within each harmonic."""
+    """Return the statistics with the full covariance, restored from eigenwalkers and blocks within each harmonic."""
     main = (sample.components.T * sample.eigenvalues) @ sample.components
     T = np.zeros((JOINTS * 3, BLOCKS, JOINTS * 3, BLOCKS))
     for block in range(BLOCKS):

@@ -40,7 +40,7 @@ class HiddenJointErrors(Figure):
     traits = Traits(timeline="view_angle_deg")
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return charts of the errors of hidden and visible joints, and of the coverage of the error bars.
+        """Return tables of the errors of hidden joints and of the coverage of their error bars.
 
         ``table`` has the errors by hidden joints, method and view; ``table_hidden`` contains the means over all views.
 
@@ -87,8 +87,7 @@ class HiddenJointErrors(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Return charts of the errors of hidden and visible joints, and of the coverage of the error bars of hidden
-        joints."""
+        """Return charts of the errors of hidden and visible joints, and of the coverage of the error bars."""
         styles = {name: STYLES[name] for name in METHODS}
         distance = partial(
             Chart,

@@ -36,9 +36,7 @@ class StructureLadder(Figure):
     traits = Traits(sequence="seen_from_deg", timeline="view_angle_deg")
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return charts of the error by view, of the error of each ablation step, and of each person's error.
-
-        The chart of each person's error compares it with the error of MAP.
+        """Return tables of the reconstruction error by method and view, by method, and by walker.
 
         They are ``table``, ``table_ladder`` and ``table_walkers``.
         """
@@ -85,8 +83,9 @@ class StructureLadder(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Return charts of the error by view, of the error of each ablation step, and of each person's error compared
-        with MAP.
+        """Return charts of the error by view, of the error of each ablation step, and of each person's error.
+
+        The chart of each person's error compares it with the error of MAP.
 
         The errors of the ablation steps have intervals.
         """

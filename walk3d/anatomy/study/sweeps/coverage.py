@@ -68,7 +68,7 @@ class Coverage(Sweep):
     partners: Choosers = scaled(value=PARTNERS)  # number of other people for the selection of sigma² of MAP
 
     def measure(self, inputs: AnatomicalInputs) -> Bars:
-        """Add a table row for each of P people with the coverage and width of error bars."""
+        """Return the coverage and the half-widths of every method's error bars."""
         view_deg = self.seen_from_deg.values("sweep.seen_from_deg")
         view = np.radians(view_deg)
         people = People(inputs.dataset, inputs.model)
@@ -89,8 +89,7 @@ class Coverage(Sweep):
         rows: dict[str, list[dict[str, object]]] = {"levels": [], "views": [], "joints": []}
 
         def add(name: str, error: np.ndarray, half: np.ndarray, **keys: object) -> None:
-            """Return a person's reconstructed missing dimension (1 + 2H, 15), and N samples of its posterior
-            distribution."""
+            """Add a table row for each of P people with the coverage and width of error bars."""
             covered = (error <= half).reshape(people.count, -1).mean(axis=1)
             for p, who in enumerate(inputs.model.people):
                 cells = {"covered_percent": 100.0 * covered[p], "half_width_mm": half[p].mean()}
@@ -128,7 +127,7 @@ class Coverage(Sweep):
         person: int,
         inputs: AnatomicalInputs,
     ) -> dict[str, np.ndarray]:
-        """Return a person's reconstructed missing dimension (1 + 2H, 15) from one view, and N samples of its posterior."""
+        """Return a person's reconstructed missing dimension (1 + 2H, 15), and N samples of its posterior."""
         setting = anatomical_setting(inputs.model_options, people.harmonics)
         (estimate,) = people.fold(person).reconstruct(
             [setting], people.walker(person)[None], np.radians([SAMPLE_VIEW_DEG]), with_covariance=True

@@ -163,7 +163,7 @@ class People:
     # --- settings selected on other people -------------------------------------------------------------------
 
     def pairs(self, partners: int) -> list[tuple[int, int]]:
-        """Return the mean errors (P, C), mm², of C candidate settings, computed for each of P people on other people.
+        """Return pairs of people on whom settings are tested, with about `partners` pairs for each person.
 
         The people are arranged on a circle, and partners are neighbours.
         """
@@ -178,8 +178,7 @@ class People:
         *,
         requested: np.ndarray | None = None,
     ) -> np.ndarray:
-        """Return the mean errors (P, C), mm², of C candidate settings, computed for each of P people on other people
-        only.
+        """Return the mean errors (P, C), mm², of C candidate settings, computed for each of P people on other people.
 
         The models are trained without that person and without the people in the test.  `requested` (P, C) bool selects
         the candidates of each person, by default all; the others are infinite.  Harmonics of the truth
@@ -304,8 +303,7 @@ class Fold:
         hidden: np.ndarray = anatomical.NOTHING_HIDDEN,
         with_covariance: bool = False,
     ) -> list[Estimate]:
-        """Return a person's errors of coefficients (A, 15, B), and errors and standard deviations (A, 15, K) at K
-        instants.
+        """Reconstruct walkers (M, 1 + 2H, 15, 3) from each of A views, with each of the given settings.
 
         Settings that differ only in their tolerances of lengths are fitted together.
         """
@@ -375,8 +373,8 @@ class Fold:
     def bars(
         self, setting: Setting, person: int, view_rad: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return a person's errors of coefficients (A, 15, B), and errors and standard deviations at K instants (A, 15,
-        K)."""
+        """Return a person's errors of coefficients (A, 15, B), and errors and standard deviations (A, 15, K) at K
+        instants."""
         people, blocks = self._people, 1 + 2 * setting.harmonics
         (estimate,) = self.reconstruct([setting], people.walker(person)[None], view_rad, with_covariance=True)
         off = (estimate.true - estimate.estimated)[:, 0].reshape(len(view_rad), -1, blocks)

@@ -97,7 +97,7 @@ class Structure(Sweep):
         return StructureErrors(stacked([row for rows in folds for row in rows]))
 
     def _settings(self, people: People, whole: Setting, workers: int) -> dict[str, list[Setting]]:
-        """Return, for each option that is selected after the bone tolerance, a function that lists its candidates."""
+        """Return the settings of every method, one setting for each person."""
 
         published = approach_two(70.0)
         mirror = replace(published, shrinkage=replace(PLAIN, mirror=True))
@@ -128,8 +128,7 @@ class Structure(Sweep):
         return settings
 
     def _alternatives(self, whole: Setting) -> list[Callable[[Setting], list[Setting]]]:
-        """Return, for each option that is selected after the bone tolerance, a function that lists its candidate
-        settings."""
+        """Return, for each option that is selected after the bone tolerance, a function that lists its candidates."""
 
         def noisier(setting: Setting) -> list[Setting]:
             return [
