@@ -363,7 +363,7 @@ def write(motion: MotionCapture, path: str | Path, *, skeleton: str = "", replac
     """
     if not isinstance(motion, MotionCapture):
         raise InvalidInput(
-            "must be what read(path) returns", "motion", received=repr(motion), code="wrong_type"
+            "must be a recording that read(path) returned", "motion", received=repr(motion), code="wrong_type"
         )
     if motion.names == WALKER15.joints and motion.up is UpAxis.z:
         skeleton = skeleton or "walker15"

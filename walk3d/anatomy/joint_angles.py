@@ -19,12 +19,12 @@ from pipeline.skeleton import WALKER15
 from pipeline.validation import require_shape
 
 JOINT_ANGLES = ("hip", "knee", "shoulder", "elbow")
-"""Order of the joint angles; every angle has a left and a right value, in this order."""
+"""Names of the joint angles, in the order of all arrays of joint angles."""
 
 SIDES = ("left", "right")
 
 LIMBS = {"hip": ("hip", "knee", "ankle"), "shoulder": ("shoulder", "elbow", "wrist")}
-"""Joints along each limb: the key names the angle at the first joint.
+"""Joints along each limb, by the joint angle at the first of these joints.
 
 The angle at the middle joint has the name of that joint.
 """

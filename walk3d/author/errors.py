@@ -145,7 +145,7 @@ class _Test:
         self.samples = linear_model.flatten(people.data.coefficients[tested][:, :5])
 
     def missing(self, fold: Fold, view_deg: np.ndarray, noise_mm2: float, *without: int) -> np.ndarray:
-        """Return the missing dimension (M, A, B, 15), mm, by M methods from A views.
+        """Return the reconstructed missing dimension (M, A, B, 15) of the outside walker by M methods from A views, mm.
 
         `noise_mm2` is sigma² of ``map_best``.
         """
@@ -168,7 +168,7 @@ class _Test:
         return linear_model.fit(np.delete(self.samples, without, axis=0), self.options.components)
 
     def best_noise(self, model: linear_model.LinearModel) -> float:
-        """Return the sigma², mm², for which the error of MAP, averaged over the error views, is smallest."""
+        """Return the sigma², mm², with the smallest mean error of MAP over the views of the error tables."""
         sample, view = linear_model.flatten(self.truth[None, :5])[0], np.radians(ERROR_VIEWS_DEG)
         deltas = [
             reconstruction.from_known_views(model, sample, view, noise_variance=noise).delta
@@ -222,7 +222,7 @@ def _rows(error: np.ndarray, view_deg: np.ndarray) -> pd.DataFrame:
 
 
 def _draws(error: np.ndarray, left_out: np.ndarray, generator: np.random.Generator) -> pd.DataFrame:
-    """Return a table of errors for resampled people, approximated from the leave-one-out errors (P, M, A)."""
+    """Return a table of errors for resampled training people, approximated from leave-one-out errors (P, M, A)."""
     count, logarithm = len(left_out), np.log(left_out)
     influence = (count - 1) * (logarithm.mean(axis=0) - logarithm)
     times = bootstrap.resampling_weights(count, generator, resamples=DRAWS)

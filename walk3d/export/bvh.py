@@ -119,7 +119,7 @@ def write(
 
 
 def _at_rest(vectors: np.ndarray) -> np.ndarray:
-    """Return one offset per point (P, 3): mean direction and mean length of the vectors (T, P, 3)."""
+    """Return one offset vector per point (P, 3), with the mean direction and mean length of vectors (T, P, 3)."""
     mean, length = vectors.mean(axis=0), np.linalg.norm(vectors, axis=-1).mean(axis=0)
     size = np.linalg.norm(mean, axis=-1)
     directed = size > 1e-6 * length
@@ -239,7 +239,7 @@ Our head joint is at the centre of the head; that of the other schemes is at the
 
 @dataclass(frozen=True)
 class Character:
-    """Points of a character for animation.
+    """Joints of an animation character, with parents, positions and directions at rest.
 
     Attributes
     ----------

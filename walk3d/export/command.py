@@ -108,7 +108,7 @@ def export(arguments: Sequence[str]) -> Path:
 
 
 def recording(source: Path, options: Export) -> Motion:
-    """Return the points of a recording, or with ``skeleton=`` its joints with z up.
+    """Return the points of a recording; with the option ``skeleton``, return its joints with z upwards.
 
     The frame rate is reduced if ``frame_rate_hz=`` is lower than that of the recording.
 
@@ -166,7 +166,7 @@ def reconstruction(folder: Path, options: Export) -> Motion:
 
 
 def synthesised(walks: Sequence[tuple[str, Walk]], options: Export) -> Motion:
-    """Return walkers as one motion with the requested number of cycles and frame rate.
+    """Return synthesised walkers as one motion, with the requested number of cycles and frame rate.
 
     The names of each walker's joints end in the suffix of this walker.
     """

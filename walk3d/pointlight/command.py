@@ -31,7 +31,7 @@ from walk3d.pointlight import Noise, PointLights
 
 
 class Joints(StrEnum):
-    """Joints that are shown as dots."""
+    """Choice of the joints that are shown as dots."""
 
     all = "all"
     measured = "measured"
@@ -42,7 +42,7 @@ _UpToThousand = Annotated[float, bounded(above=0, at_most=1000)]
 
 @dataclass
 class WalkOptions:
-    """Options that select the walk."""
+    """Options of the command that select the walk."""
 
     harmonics: Annotated[int, bounded(at_least=1, at_most=10)] = 2
     gender: float | None = None
@@ -283,7 +283,7 @@ def _in_space(target: Path, walk: Walk, options: Display) -> str:
         if getattr(options, name):
             format_name = suffix.lstrip(".").upper()
             raise InvalidInput(
-                f"changes a view, but {format_name} stores three dimensions",
+                f"changes a view of the walk, but {format_name} files contain positions in three dimensions",
                 name,
                 "to=walker.csv",
                 code="view_alone",

@@ -83,7 +83,7 @@ def inverse(matrix: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class HeightsSeen:
-    """Prior given the vertical coordinates of the visible joints, which are the same in every view.
+    """Prior of a walker, conditioned on the vertical coordinates of the visible joints, which every view shows.
 
     Each view then needs a system of half the size, for the remaining R coefficients.  They are ordered by axis: x and y
     of all joints, n = 15 B each, then the vertical of hidden joints.
@@ -110,7 +110,7 @@ class HeightsSeen:
     covariance: np.ndarray
 
     def from_views(self, view_angles_rad: np.ndarray) -> Conditional:
-        """Return the conditional of the unknown coefficients for A views."""
+        """Return the Gaussian distribution of the unknown coefficients given the observed ones, for A views."""
         mean, blocks = self.prior.mean, self.prior.mean.shape[-1]
         axes, n, hidden = image_axes(view_angles_rad), JOINTS * blocks, self.hidden
         views, visible = len(axes), np.repeat(~hidden, blocks)
@@ -159,7 +159,7 @@ class HeightsSeen:
 
 @dataclass(frozen=True)
 class Conditional:
-    """Gaussian conditional of the unknown coefficients, for A views of one prior.
+    """Gaussian distribution of a walker's unknown coefficients given the observed ones, for A views of one prior.
 
     Attributes
     ----------
@@ -202,11 +202,12 @@ class Conditional:
 
     @cached_property
     def precision(self) -> np.ndarray:
-        """Inverses (A, U, U) of the conditional covariances, mm⁻²."""
+        """Inverses (A, U, U), mm⁻², of the covariances of the unknown coefficients given the observed ones."""
         return np.stack([inverse(covariance) for covariance in self.covariance])
 
     def expect(self, observed: np.ndarray) -> np.ndarray:
-        """Return the conditional means mu (A, M, U), mm, given the observed coefficients (A, M, O) of M walkers."""
+        """Return the expected unknown coefficients mu (A, M, U), mm, given observed coefficients (A, M, O) of M
+        walkers."""
         _, off, expected = self._given_heights(observed)
         expected += self.mean[:, None, self.unknown]
         for mean, factor, crossed, of_view in zip(expected, self.factor, self.crossed, off, strict=True):
@@ -214,7 +215,8 @@ class Conditional:
         return expected
 
     def cost(self, observed: np.ndarray) -> np.ndarray:
-        """Return -2 log p (A, M), up to a constant, of observed coefficients (M, O) that are the same in every view."""
+        """Return twice the negative log likelihood (A, M) of A views, up to a constant, given observed coefficients (M,
+        O)."""
         heights, off, _ = self._given_heights(observed[None])
         terms = []
         for factor, values in ((self.heights.factor, heights[0]), *zip(self.factor, off, strict=True)):
@@ -223,9 +225,10 @@ class Conditional:
         return np.stack(terms[1:]) + terms[0]
 
     def _given_heights(self, observed: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return deviations from the mean along the vertical and the horizontal, and expected unknown deviations.
+        """Return the deviations of observed coefficients from their expectation, and the expected unknown deviations.
 
-        The horizontal deviations are those given the vertical deviations.
+        In order: vertical deviations, horizontal deviations given the vertical ones, and the deviations of the unknown
+        coefficients that are expected given the vertical ones.
 
         `observed` is (A, M, O), or (1, M, O) for the same coefficients in every view.
         """
@@ -254,7 +257,7 @@ def condition(
 
 
 def heights_seen(prior: Prior, *, noise: Noise, hidden: np.ndarray = NOTHING_HIDDEN) -> HeightsSeen:
-    """Return the prior given the vertical coordinates of the visible joints.
+    """Return the prior of a walker, conditioned on the vertical coordinates of the visible joints.
 
     Parameters
     ----------
@@ -289,7 +292,7 @@ def heights_seen(prior: Prior, *, noise: Noise, hidden: np.ndarray = NOTHING_HID
 
 
 def _factorise(covariance: np.ndarray) -> None:
-    """Overwrite a covariance with its upper Cholesky factor, the transpose of the lower factor."""
+    """Overwrite a covariance matrix with its upper Cholesky factor."""
     _, failed = lapack.dpotrf(covariance.T, lower=1, overwrite_a=1)
     if failed:
         raise InvalidInput(

@@ -59,7 +59,7 @@ class Differences:
 
 
 def concentration(weights: np.ndarray, laboratories: np.ndarray) -> float:
-    """Return the sum of the squared weights of laboratories, the inverse of their effective number.
+    """Return the sum of the squared weights of laboratories, which is the inverse of their effective number.
 
     Examples
     --------
@@ -71,7 +71,7 @@ def concentration(weights: np.ndarray, laboratories: np.ndarray) -> float:
 
 
 def definitions(differences: Differences = Differences(), *, across: bool = True) -> np.ndarray:
-    """Return the covariance (15, 3, 15, 3) of joint offsets between two laboratories, mm².
+    """Return the covariance (15, 3, 15, 3), mm², of the offsets of joints between two laboratories.
 
     The offsets of the left and the right side are mirror images.
 
@@ -162,7 +162,10 @@ def learn_differences(
     offset = of_person - size[:, None, None] * average
 
     def deviation_of(values: np.ndarray, before: float) -> float:
-        """Return the standard deviation of the difference between two laboratories, pooled over n columns (P, n)."""
+        """Return the standard deviation of the difference between laboratories in n quantities of P people.
+
+        The values are (P, n), and the standard deviation is pooled over the n quantities.
+        """
         means = np.stack([values[laboratory == number].mean(axis=0) for number in range(len(names))])
         sampling = ((values - means[laboratory]) ** 2).sum(axis=0).mean() / (len(who) - len(names)) / counts
         reliability = 0.5 * before**2 / np.maximum(0.5 * before**2 + sampling, np.finfo(float).tiny)

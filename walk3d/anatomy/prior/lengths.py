@@ -1,4 +1,4 @@
-"""Most probable unknown coefficients, given the conditional and bones of constant and symmetric length.
+"""Most probable unknown coefficients of a walker whose bones have constant and symmetric length.
 
 Symbols
 -------
@@ -28,7 +28,7 @@ from walk3d.anatomy.prior.conditional import Conditional, inverse
 from walk3d.anatomy.prior.prior import BONES, JOINTS, PAIRS, PHASES, Prior
 
 MIN_VARIANCE = 1.0
-"""Smallest variance of a bone's length, mm², for models whose bones are exactly constant."""
+"""Minimum variance of a bone's length, mm², for recordings in which bones have exactly constant length."""
 TURNING = 0.1
 """Variance of a bone's length within the cycle that offsets of its two joints cause, relative to the offsets' variance.
 
@@ -57,7 +57,7 @@ SIDES = np.eye(len(BONES))[PAIRS[:, 0]] - np.eye(len(BONES))[PAIRS[:, 1]]
 """Matrix (P, 16) that subtracts the length of the right bone from that of the left bone, for each of P pairs."""
 _LEVERS = np.stack([np.outer(ENDS[a], np.eye(len(BONES))[a]) for a in range(len(BONES))])
 _LEVERS = (_LEVERS[PAIRS[:, 0]] - _LEVERS[PAIRS[:, 1]]).reshape(-1, len(BONES))
-"""Matrix (15 P, 16) from derivatives of mean bone lengths to derivatives of P left-right differences at 15 joints."""
+"""Matrix (15 P, 16) that maps gradients of bone lengths to gradients of the left-right differences of P pairs."""
 
 
 @dataclass(frozen=True, kw_only=True)

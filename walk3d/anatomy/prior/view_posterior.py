@@ -31,7 +31,7 @@ def circle(count: int) -> np.ndarray:
 
 
 def view_costs(prior: Prior, observed: np.ndarray, candidates: int, *, noise: Noise) -> np.ndarray:
-    """Return the costs J (n, G) of n observations at the angles of `circle`.
+    """Return the costs J (n, G) of n observations at the G candidate view angles of `circle`.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ class ViewPosterior:
 
 
 def posterior_of(costs: np.ndarray) -> ViewPosterior:
-    """Return the highest modes of the posterior under a uniform prior, from costs (n, G) at the angles of `circle`."""
+    """Return the highest modes of the posterior of the view angle under a uniform prior, from costs (n, G)."""
     count = costs.shape[1]
     at = np.append(circle(count), np.pi)
     spline = CubicSpline(at, np.hstack([costs, costs[:, :1]]), axis=1, bc_type="periodic")

@@ -31,7 +31,7 @@ Some files list all frames of one person in a single frame.
 """
 
 MAX_DEPTH_SHARE, DEPTH = 0.2, 101.0
-"""Share of third values outside 0 to 100 % above which they are depths, and the number that replaces a depth."""
+"""Share of confidences outside 0 to 100 % above which they are depths, and the number that stands for a depth."""
 IN_3D = "If the points are in 3D, they are not keypoints of a film: see `inspect`."
 PLACEHOLDER_DISTANCE = 2.2
 """Distance of a point from the mean of a person's points above which its coordinates may be placeholders.

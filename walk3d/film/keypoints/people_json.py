@@ -201,7 +201,7 @@ def read(path: Path) -> Detections:
 
 
 _PROGRAMS = {"images": "coco", "image_id": "alphapose", "bodies": "alphapose", "instances": "mmpose"}
-"""Name of the program that writes a file with each of these keys."""
+"""Program that writes JSON files with each of these keys, by key."""
 _FRAMES = ("instance_info", "frames", "annotations", "results", "data", "predictions")
 _PEOPLE = (
     "people", "instances", "bodies", "annots", "persons", "poses", "pose", "detections", "predictions", "tracks",

@@ -121,7 +121,7 @@ def _split_points(table: Rows) -> None:
 
 
 def _columns(table: Rows, is_long: bool) -> dict[str, dict[str, int]]:
-    """Return, for each point, the columns of x and y and, if present, of z and confidence c.
+    """Return, for each point of a table, the columns of x and y and, if present, of z and the confidence c.
 
     In a long table, the only name is ``""``.
     """

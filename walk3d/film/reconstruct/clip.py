@@ -47,7 +47,7 @@ class Labels(StrEnum):
     both = "both"
     """Compare two reconstructions: with the labels of the file, and with left and right exchanged in all frames."""
     as_given = "as_given"
-    """Use the labels of the file without a comparison."""
+    """Use the left and right labels of the file, without a comparison with exchanged labels."""
 
 
 class Input(Options):

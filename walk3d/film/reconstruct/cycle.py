@@ -1,4 +1,4 @@
-"""Gait cycle of a reconstructed walk in the units of the report: events, gait numbers and curves, with error bars."""
+"""Gait cycle of a reconstructed walk in the units of the report: events, numbers and curves, with error bars."""
 
 from __future__ import annotations
 

@@ -100,7 +100,7 @@ _JOINT_BY_NAME = {
     "up_leg_joint": "hip", "leg_joint": "knee", "foot_joint": "ankle", "sho": "shoulder", "elb": "elbow",
     "wr": "wrist", "wri": "wrist", "ank": "ankle",
 }  # fmt: skip
-"""Joint for each name that Apple's Vision and OpenCV use.
+"""Joint for each name of a point in Apple's Vision and in OpenCV.
 
 Vision names the segment below a joint; OpenCV uses short names.
 """

@@ -48,7 +48,7 @@ The file stacks the arrays for `AS_OURS` and `ANYBODY`.
 
 @dataclass(frozen=True)
 class TrainedModel:
-    """Model of walkers with the calibrations of its error bars.
+    """Model of walkers with the multipliers of its error bars.
 
     Attributes
     ----------

@@ -44,7 +44,9 @@ def upright(level: np.ndarray) -> np.ndarray:
 
 
 def in_walkers_axes(reconstruction: Reconstruction) -> np.ndarray:
-    """Return positions (T, 15, 3), mm of the model: x to the walker's right, y forwards, z up from the lowest ankle.
+    """Return positions (T, 15, 3), mm for a walker of the model's height: x to the right, y forwards, z upwards.
+
+    The directions are those of the walker, and z is 0 at the lowest ankle.
 
     The heading in the middle of the stretch defines the axes; there the pelvis is at x = y = 0.  The path is included.
     """

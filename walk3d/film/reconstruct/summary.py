@@ -32,7 +32,7 @@ from walk3d.film.walk.verdict import DOUBTFUL_DISTANCE, DOUBTFUL_RESIDUAL, SLOW_
 NO_PATH = "in place, on a treadmill, or the camera follows"
 """Words for the locomotion of a walker who moves through the image more slowly than the feet imply."""
 ALTERNATIVE_COST = 60.0
-"""Cost above the best candidate's cost up to which other candidates are listed as alternatives."""
+"""Difference from the cost of the best candidate, up to which other candidates are listed as alternatives."""
 SECOND_SIDE_DEG = 10.0
 """Angle between heading and nearest main direction, degrees, above which the summary names a second visible side."""
 TURNED_DEG = 20.0
@@ -40,9 +40,9 @@ TURNED_DEG = 20.0
 SINGLE_STRIDE = 1.2
 """Number of strides below which the summary warns that times and left-right differences rest on a single stride."""
 OFF_MIDDLE_DEG = 12.0
-"""Angle between walker and image centre, degrees, above which an unknown focal length is mentioned."""
+"""Angle between walker and image centre, degrees, above which the advice mentions an unknown focal length."""
 LEAN_DEG = 9.0
-"""Angle between walker and vertical in the image, degrees, above which a rolled camera is mentioned."""
+"""Angle between walker and vertical in the image, degrees, above which the advice mentions a rolled camera."""
 
 
 def heading_words(heading_rad: float) -> str:

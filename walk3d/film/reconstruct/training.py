@@ -98,7 +98,7 @@ def left_out_errors(
 
 
 def _compacted(full_moments: Moments, options: Training) -> CompactMoments:
-    """Return statistics of walkers with the requested number of eigenwalkers, reduced for few people.
+    """Return statistics of walkers with the requested number of eigenwalkers, or fewer if there are few people.
 
     The number of eigenwalkers is less than half the number of people.
     """

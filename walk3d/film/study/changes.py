@@ -101,7 +101,7 @@ class KeypointChanges(FilmedClips):
         }
 
     def cases(self, dataset: FilmedWalkers) -> list[Case]:
-        """Return the clips to be filmed, distributed over people and headings.
+        """Return the clips to simulate, distributed over people and headings.
 
         A condition that needs other sources is left out if too few people would remain.
         """

@@ -16,7 +16,7 @@ from walk3d.film.study.measured import HEADINGS_DEG, Case, FilmedClips, side
 
 
 class KeypointHeadings(FilmedClips):
-    """Simulated clips with headings all around."""
+    """Sweep over simulated clips with headings in all directions."""
 
     clips: Annotated[int, bounded(at_least=len(HEADINGS_DEG))] = scaled(
         value={"full": 800, "smoke": 8}
@@ -28,7 +28,7 @@ class KeypointHeadings(FilmedClips):
 
     @property
     def conditions(self) -> list[Condition]:
-        """Return a list with the usual condition, with the requested standard deviation of the detector's bias."""
+        """Return the usual condition alone, with the requested standard deviation of the detector's bias."""
         error = replace(DetectorError(), bias_mm=self.bias_mm)
         return [Condition(error=error, knowledge=Knowledge(floor_mm=self.bias_mm))]
 
@@ -44,7 +44,7 @@ class KeypointHeadings(FilmedClips):
 
 
 class KeypointLaboratories(KeypointHeadings):
-    """Simulated clips of people whose laboratory is left out of the model.
+    """Sweep over simulated clips of people whose laboratory is left out of the model.
 
     If all people have the same source, only the filmed person is left out.
     """

@@ -108,7 +108,7 @@ def film_as(
 def crossing(
     generator: np.random.Generator, walks: Walks, number: int, walk: TrainingWalk, walker: SimulatedKeypoints
 ) -> list[SimulatedKeypoints]:
-    """Return a walker and a second person who crosses the image.
+    """Return the simulated keypoints of a walker and of a second person who crosses the image.
 
     Where the two people meet, the farther person is hidden.
     """

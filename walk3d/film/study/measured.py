@@ -82,7 +82,7 @@ class FilmedErrors:
 
 @dataclass(frozen=True)
 class Case:
-    """One clip to be filmed: person, walk, heading, and overground or treadmill walking.
+    """One clip to simulate: person, walk, heading, and overground or treadmill walking.
 
     Clips of one `take` have the same random numbers under all conditions.
     """
@@ -115,7 +115,7 @@ class FilmedClips(Sweep):
     @property
     @abstractmethod
     def conditions(self) -> list[Condition]:
-        """Return the conditions; the usual condition is first."""
+        """Return the conditions of the sweep; the usual condition is first."""
 
     @abstractmethod
     def cases(self, dataset: FilmedWalkers) -> list[Case]:
@@ -175,7 +175,9 @@ class FilmedClips(Sweep):
         )
 
     def left_out_with(self, dataset: FilmedWalkers) -> list[str]:
-        """Return a label for each person.
+        """Return, for each person, the name of the group whose clips are left out of the calibration of error bars.
+
+        The error bars of a clip are calibrated on the clips of all other groups.
 
         The error bars of a clip are calibrated without all clips that have the same label.
         """

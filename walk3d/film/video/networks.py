@@ -19,7 +19,7 @@ from pipeline.validation import InvalidInput
 
 PACKAGE = "mediapipe==0.10.21"
 WHEEL = "mediapipe-0.10.21-cp311-cp311-manylinux_2_28_x86_64.whl"
-"""Wheel that contains the networks.
+"""Wheel file that contains the networks.
 
 The wheels of all platforms contain the same networks, but only this wheel's digest is known.
 """

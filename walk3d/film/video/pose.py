@@ -24,7 +24,7 @@ from walk3d.film.video.networks import FILES
 
 DETECTOR_PX, LANDMARK_PX = 224, 256
 GRIDS = ((28, 2), (14, 2), (7, 6))
-"""Number of cells along each side of a grid, and number of anchors per cell, for each of three grids."""
+"""Number of cells along each side, and number of anchors per cell, for each of the person detector's three grids."""
 MIN_SCORE = 0.5
 OVERLAP = 0.3
 """Intersection over union of two boxes above which both detections belong to the same person."""

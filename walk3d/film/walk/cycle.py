@@ -1,4 +1,4 @@
-"""Events and gait numbers of the average gait cycle, with derivatives with respect to the walker's coefficients.
+"""Events and numbers of the average gait cycle, with derivatives with respect to the walker's coefficients.
 
 A foot's contact is soon after its ankle is farthest in front of the pelvis.  Its toe-off is soon after the ankle is
 farthest behind [Zeni 2008; of ankles from keypoints: Stenum 2021].  The walker is periodic: one average cycle.
@@ -30,17 +30,17 @@ They are means of 54 events that a laboratory marked for 12 children.  They pred
 with a median error of 7 and 11 ms (`tests/benchmarks/gait_events.py`).
 """
 SIDED = ("step_time", "stance", "step_length", "hip_most", "hip_least", "knee_most", "knee_least")
-"""Gait numbers of one side, in s, shares of the cycle, mm, or rad.
+"""Names of the gait-cycle numbers of one side, in s, shares of the cycle, mm or rad.
 
 ``most`` and ``least`` are the maximum and the minimum of an angle.
 """
 WHOLE = ("stride_time", "double_support", "stride_length", "step_width")
-"""Gait numbers of the whole walk, in s, share of the cycle, mm, and mm."""
+"""Names of the gait-cycle numbers of the whole walk, in s, shares of the cycle or mm."""
 NUMBERS = (
     *((kind, side) for kind in SIDED for side in (*SIDES, "difference")),
     *((kind, "") for kind in WHOLE),
 )
-"""Kind and side of each gait number; ``difference`` is left minus right."""
+"""Kind and side of each gait-cycle number; ``difference`` is left minus right."""
 _STEPS = 4
 """Number of Newton steps that refine the phase of a gait event, from an initial error of less than a degree."""
 _GRID = equal_phases(360)
@@ -52,7 +52,7 @@ _ANGLES = [ANGLES.index(f"{side}_{kind}") for kind in ("hip", "knee") for side i
 
 @dataclass(frozen=True)
 class GaitCycle:
-    """Events and gait numbers of the average gait cycle of one walk.
+    """Events and numbers of the average gait cycle of one walk.
 
     Attributes
     ----------
@@ -79,7 +79,7 @@ def _product(factor: np.ndarray, other: np.ndarray) -> np.ndarray:
 
 
 def _at(walker: np.ndarray, joint: int, axis: int, psi: np.ndarray) -> np.ndarray:
-    """Return a joint's coordinate at a phase.
+    """Return a joint's coordinate at a phase of the gait cycle, with its derivatives.
 
     Coordinate and phase are arrays (408,) of a value and its derivatives.
     """
@@ -117,7 +117,7 @@ def _share(later: np.ndarray, earlier: np.ndarray) -> np.ndarray:
 
 
 def gait_cycle(walker: np.ndarray, frequency_hz: float, belt: np.ndarray) -> GaitCycle:
-    """Return the events and gait numbers of a walker's average cycle.
+    """Return the events and numbers of a walker's average gait cycle.
 
     Parameters
     ----------

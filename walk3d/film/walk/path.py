@@ -32,7 +32,7 @@ def often_seen(weights: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Path:
-    """Distance and path of a walker, and the motion in the image that remains without them.
+    """Distance and path of a walker, and the remaining motion in the image.
 
     Attributes
     ----------

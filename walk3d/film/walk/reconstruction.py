@@ -1,4 +1,4 @@
-"""Reconstruction of a walk from one camera's keypoints: initial estimates, refinement, and choice of the best."""
+"""Reconstruction of a walk from one camera's keypoints, by refinement of several initial estimates."""
 
 from __future__ import annotations
 
@@ -192,7 +192,7 @@ class Reconstruction:
 
     @cached_property
     def cycle(self) -> GaitCycle:
-        """Events and gait numbers of the average gait cycle."""
+        """Events and numbers of the average gait cycle of the walk."""
         return gait_cycle(self.posterior.walker, self.fit.frequency_hz, self.fit.objective.prior.belt)
 
     @property

@@ -42,7 +42,7 @@ class SearchPoint:
 
 @dataclass(frozen=True)
 class Start(SearchPoint):
-    """One start of the refinement.
+    """Initial estimate from which a refinement starts.
 
     Attributes
     ----------

@@ -23,7 +23,7 @@ from walk3d.anatomy.study.sweeps.structure import Structure, StructureErrors
 Inputs = FigureInputs[FourierSamples, AnatomicalWalkers, StructureErrors]
 
 BASELINE = "map_tuned"
-"""Baseline method of the comparisons."""
+"""Method with which all other methods of the comparisons are compared."""
 
 SHOWN = {name: style for name, style in STYLES.items() if METHODS[name].part}
 

@@ -37,7 +37,7 @@ LEVEL_95 = 10
 
 @dataclass(frozen=True)
 class Bars:
-    """Coverage and half-widths of every method's error bars at instants in the missing dimension.
+    """Coverage and half-widths of the error bars of every method, in the missing dimension.
 
     Attributes
     ----------
@@ -140,7 +140,7 @@ class Coverage(Sweep):
 
 
 def least_squares_bars(people: People, person: int, view: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return errors and standard deviations (A, 15, K), mm, of reconstructions by approach I.
+    """Return errors and standard deviations (A, 15, K), mm, of reconstructions by least squares (approach I).
 
     The covariance is the residual variance times (E^T E)^-1.
     """

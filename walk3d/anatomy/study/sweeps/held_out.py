@@ -103,7 +103,7 @@ class People:
         return np.einsum("aij,kjb->akib", anatomical.image_axes(view_rad), walker)
 
     def beyond_in_space(self, person: int, view_rad: np.ndarray) -> np.ndarray:
-        """Return the power (A, 15, 3), mm², outside the Fourier series, in the image axes across, up and away."""
+        """Return the power (A, 15, 3), mm², that a person's Fourier series does not contain, along the image axes."""
         axes = anatomical.image_axes(view_rad)
         covariance = self.data.residual_covariance[self.model.tested[person]]
         return np.einsum("aij,kjl,ail->aki", axes, covariance, axes)
@@ -283,7 +283,7 @@ class Fold:
         return self._priors[learnt]
 
     def conditional(self, setting: Setting, view_rad: np.ndarray, hidden: np.ndarray) -> Conditional:
-        """Return the distribution of the unknown coefficients under a setting, without bone-length constraints.
+        """Return the Gaussian distribution of the unknown coefficients for a setting, without bone-length constraints.
 
         The last result is cached.
         """
@@ -427,4 +427,4 @@ MirroredViews = Annotated[Grid, require_mirrored_grid]
 Choosers = Several
 """Option type for the number of other people who are used to select each person's settings."""
 PARTNERS = {"full": 16, "smoke": 2}
-"""Number of other people who are used to select each person's settings, by scale."""
+"""Number of other people who are used to select each person's settings, at the full and at the smoke scale."""

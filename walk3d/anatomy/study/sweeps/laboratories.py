@@ -38,7 +38,7 @@ PERSON, LABORATORY = "all but the person", "all other laboratories"
 Each other laboratory alone is one further choice.
 """
 METHODS = ("average_walker", "map_tuned", "anatomical", "anybody")
-"""Methods: ``anatomical`` ignores differences between laboratories, ``anybody`` models these differences."""
+"""Methods to compare: ``anatomical`` ignores differences between laboratories, ``anybody`` models them."""
 KNOWN_COUNTS = (1, 3, 8)
 """Numbers k of people of the tested laboratory whose 3D walks are known to the methods ``anybody_k``."""
 MIN_PEOPLE = 4
@@ -193,7 +193,7 @@ def _of_known_people(
 
 
 def _with_bars(people: People, fold: Fold, setting: Setting, person: int) -> tuple[float, np.ndarray]:
-    """Return the mean square error, mm², and the absolute standardised errors (A, K, 15) at K instants."""
+    """Return one person's mean square error, mm², and absolute standardised errors (A, K, 15) at K instants."""
     off, error, sd = fold.bars(setting, person, VIEWS)
     weights, beyond = errors.parseval_weights(off.shape[-1]), people.beyond(person, VIEWS, setting.harmonics)
     square = off**2 @ weights + beyond

@@ -43,7 +43,10 @@ Views are from the right, so the left side is the far one.  The centre of the pe
 METHODS = ("average_walker", "map_tuned", "anatomical")
 WITH_BARS = METHODS[1:]
 AXES = ("across", "up", "away")
-"""Axes of the image. Only hidden joints are unknown along the axes across and up."""
+"""Names of the image axes.
+
+Only hidden joints are unknown along the axes across and up.
+"""
 LEVEL = 0.95
 
 

@@ -12,7 +12,7 @@ from walk3d.anatomy.study.model import AnatomicalModel
 
 @dataclass(frozen=True, kw_only=True)
 class Setting:
-    """Setting of a reconstruction.
+    """One setting of a reconstruction: training, noise and tolerances of bone lengths.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ class Setting:
 
 
 PLAIN = Shrinkage(mirror=False, within_harmonic=0.0, diagonal=0.0, extra_variance=0.0)
-"""No shrinkage: the plain sample covariance."""
+"""Options without any shrinkage, for a prior with the plain sample covariance."""
 
 
 def approach_two(noise_variance: float) -> Setting:
