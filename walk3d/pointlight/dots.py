@@ -124,7 +124,7 @@ def walking_speed(coefficients: np.ndarray, stride_hz: float) -> float:
 
 
 _RATE_HZ, _DURATION_S, _SEED = 60.0, 4.0, 2007
-"""Frame rate, Hz, duration, s, and random seed of the synthetic people of whom the average walkers are means."""
+"""Frame rate, Hz, duration, s, and random seed of the synthetic people behind the average walkers."""
 
 
 def synthetic_walker(gender: float = 0.0) -> tuple[np.ndarray, float]:

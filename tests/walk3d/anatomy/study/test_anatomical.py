@@ -23,7 +23,7 @@ COUNT = 7
 
 
 def samples(seed: int = 0) -> FourierSamples:
-    """Return eight walks of seven people; the first person has two walks, the second of which is described better."""
+    """Return eight walks of seven people; of the first person's two walks, the second is described better."""
     rng = np.random.default_rng(seed)
     coefficients = walkers(rng, COUNT + 1)
     residual = np.abs(rng.standard_normal((COUNT + 1, 15, 1, 1))) * np.eye(3)

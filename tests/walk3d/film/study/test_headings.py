@@ -17,7 +17,7 @@ from walk3d.film.walk.calibration import StandardErrors
 
 
 def walkers(people: int) -> FilmedWalkers:
-    """Return walks of the given number of people, every second of whom has two walks."""
+    """Return walks of the given number of people; every second person has two walks."""
     person = np.array([f"p{k:02d}" for k in range(people) for _ in range(1 + k % 2)])
     W = len(person)
     return FilmedWalkers(

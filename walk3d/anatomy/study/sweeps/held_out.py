@@ -163,7 +163,7 @@ class People:
     # --- settings selected on other people -------------------------------------------------------------------
 
     def pairs(self, partners: int) -> list[tuple[int, int]]:
-        """Return pairs of people on whom settings are tested, with about `partners` pairs for each person.
+        """Return pairs of people for the test of settings, with about `partners` pairs for each person.
 
         The people are arranged on a circle, and partners are neighbours.
         """

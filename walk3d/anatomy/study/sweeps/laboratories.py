@@ -42,7 +42,7 @@ METHODS = ("average_walker", "map_tuned", "anatomical", "anybody")
 KNOWN_COUNTS = (1, 3, 8)
 """Numbers k of people of the tested laboratory whose 3D walks are known to the methods ``anybody_k``."""
 MIN_PEOPLE = 4
-"""Minimum number of people on whom a model is trained."""
+"""Minimum number of people for the training of a model."""
 CURVE = (4, 6, 8, 12, 16, 24, 32, 41, 64)
 """Numbers of training people in the learning curves."""
 OFFSET_MM, SIZE = 25.0, 0.1
@@ -78,7 +78,7 @@ class LaboratoryErrors:
 def simulated_laboratories(
     data: FourierSamples, rng: np.random.Generator, *, offset_mm: float = OFFSET_MM, size: float = SIZE
 ) -> FourierSamples:
-    """Return the walks with simulated differences between two laboratories, each of which recorded half of the people.
+    """Return the walks with simulated differences between two laboratories that each recorded half of the people.
 
     The two simulated laboratories differ in the positions of joints and in the sizes of bodies.
 
