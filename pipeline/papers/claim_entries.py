@@ -184,7 +184,7 @@ def _explanation(content: Any, where: str, runs: Runs) -> Explanation:
     support, words = supports[0], str(getattr(why, supports[0]))
     if (support is Support.TESTED) != bool(why.run or why.beside) or (why.run and why.beside):
         raise InvalidInput(
-            "only an explanation with the key 'tested' needs evidence: either the key 'run' or the key 'beside'",
+            "a 'tested' explanation needs either the key 'run' or the key 'beside'; other explanations have neither",
             where,
             code="no_support",
         )

@@ -103,7 +103,7 @@ def in_pixels(
     ):
         low, high = np.percentile(visible, [1, 99], axis=0).round().astype(int).tolist()
         raise InvalidInput(
-            "the keypoints are outside an image of this size: width and height are exchanged or belong to another film",
+            "the keypoints are outside an image of this size: width and height may be exchanged or of another film",
             "input.width, input.height",
             f"a size that contains {low[0]} to {high[0]} x {low[1]} to {high[1]} pixels",
             f"{size[0]} x {size[1]}",

@@ -107,7 +107,7 @@ def key_frames(small: Mapping[int, np.ndarray], part: Sequence[float]) -> list[t
             cut = small[number][round(top * rows) : round(bottom * rows)]
             cut = cut[:, round(left * columns) : round(right * columns)]
             content = cv2.imencode(".jpg", _shrunk(cut, KEY_PX), parameters)[1]
-            chosen.append((number, base64.b64encode(content).decode()))
+            chosen.append((number, base64.b64encode(content.tobytes()).decode()))
         if (total := sum(len(content) for _, content in chosen)) <= MAX_KEY_CHARACTERS:
             return chosen
     raise InvalidInput(
@@ -137,7 +137,7 @@ def film_of(pictures: Sequence[np.ndarray], frame_rate_hz: float) -> bytes:
 
     animation = cv2.Animation()
     animation.frames = [*pictures]
-    animation.durations = np.full(len(pictures), max(round(1000.0 / frame_rate_hz), 1), np.int32)
+    animation.durations = [max(round(1000.0 / frame_rate_hz), 1)] * len(pictures)
     parameters = [cv2.IMWRITE_AVIF_QUALITY, FILM_QUALITY, cv2.IMWRITE_AVIF_SPEED, FILM_SPEED]
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "film.avif"
