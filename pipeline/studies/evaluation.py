@@ -1,4 +1,4 @@
-"""Registry of measures, and the evaluation of a measure on tables, in one replicate or in all replicates."""
+"""Registry of measures, and evaluation of a measure on tables or on their bootstrap replicates."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from pipeline.studies.rows import Expression, Number, Table, as_number, columns_
 from pipeline.validation import InvalidInput
 
 Registry: TypeAlias = Mapping[str, Callable[..., Number]]
-"""Measures by name."""
+"""Functions that compute a measure, by the name of the measure."""
 
 
 def registry(*modules: ModuleType) -> Registry:
-    """Return the measures of some modules by name; a measure is a public function that returns a number.
+    """Return all measures of some modules by name; each public function that returns a number is a measure.
 
     Raises
     ------
@@ -94,7 +94,7 @@ def _fits(value: object, annotation: Any) -> bool:
 def evaluate(
     measure: Measure, registry: Registry, tables: Mapping[str, Table | Replicated], replicates: int = 0
 ) -> Number:
-    """Return the value of a measure, NaN if one of its tables is missing.
+    """Return the value of a measure; NaN if a table that it reads is missing.
 
     Parameters
     ----------
@@ -149,7 +149,7 @@ def _published(value: Any) -> Any:
 
 
 def _drawn(value: Any, replicate: int) -> Any:
-    """Return the value of an argument in one replicate."""
+    """Return the value of one argument of a measure in one bootstrap replicate."""
     if isinstance(value, list):
         return [_drawn(item, replicate) for item in value]
     if isinstance(value, Replicated):
