@@ -64,13 +64,13 @@ def check(measure: Measure, registry: Registry, where: str) -> None:
             arguments = signature(function).bind(**part.arguments).arguments
         except TypeError as error:
             raise InvalidInput(
-                f"wrong arguments of {part.name}: {error}", where, code="wrong_arguments"
+                f"the measure {part.name} has wrong arguments: {error}", where, code="wrong_arguments"
             ) from error
         types = get_type_hints(function)
         for name, value in arguments.items():
             if not _fits(value, types[name]):
                 raise InvalidInput(
-                    f"wrong argument {name!r} of {part.name}",
+                    f"the measure {part.name} has a wrong value of the argument {name!r}",
                     where,
                     getattr(types[name], "__name__", str(types[name])),
                     value,

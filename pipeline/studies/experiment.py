@@ -70,7 +70,7 @@ class Experiment(Options):
         ):
             if not isinstance(option, required):
                 raise InvalidInput(
-                    f"{type(self.figure).__name__} cannot be made with {type(option).__name__}",
+                    f"the figure {type(self.figure).__name__} cannot use {type(option).__name__} as {group}",
                     group,
                     required.__name__,
                     code="cannot_combine",

@@ -92,9 +92,9 @@ def require_clean(folder: Path) -> None:
     for below in (path for path in visible(folder, "*") if path.is_dir()):
         if not made_by(below)[1]:
             raise InvalidInput(
-                "figures were made by a checkout with changes",
+                "the figures were made from source code with uncommitted changes",
                 below.name,
-                "a clean one",
+                "a checkout without changes",
                 code="uncommitted_changes",
             )
 

@@ -379,7 +379,7 @@ def judge_folder(
             contents = f"{manifest.get('figure', figure)} of {manifest.get('data', data_name)}"
             if contents != (expected := f"{figure} of {data_name}"):
                 raise InvalidInput(
-                    "the folder contains another result",
+                    "the folder contains another figure or data set",
                     folder / figure,
                     expected,
                     contents,

@@ -64,7 +64,7 @@ def measured(
         raise InvalidInput(
             "the figures come from several commits, data sets or scales"
             if origins
-            else "nothing is published",
+            else "no figure is published in this folder",
             str(folder),
             received="; ".join(" ".join(map(str, item)) for item in sorted(origins)),
             code="mixed_figures" if origins else "nothing_published",
@@ -73,7 +73,7 @@ def measured(
     require_choice("scale", scale, ["full"])
     if any(manifest["provenance"].get("dirty") for manifest in manifests):
         raise InvalidInput(
-            "some figures come from a checkout with uncommitted changes",
+            "some figures were made from source code with uncommitted changes",
             str(folder),
             "a clean checkout (experiment=NAME,NAME,… recomputes current figures)",
             code="uncommitted_changes",
@@ -274,7 +274,7 @@ def insert(text: str, rendered_tables: Mapping[str, str]) -> str:
     names = re.findall(r"<!-- results:begin (\w+) -->", text)
     if sorted(names) != sorted(rendered_tables):
         raise InvalidInput(
-            "the markers in the text do not match the tables",
+            "the names between the table markers in the text are not the names of the tables",
             expected=", ".join(sorted(rendered_tables)),
             received=", ".join(sorted(names)),
             code="markers_differ",

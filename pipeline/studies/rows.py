@@ -100,7 +100,7 @@ def _require_alike(table: Table, expression: str) -> None:
 
 def _not_alike(table: Table, expression: str) -> InvalidInput:
     return InvalidInput(
-        f"{expression!r} compares texts with numbers",
+        f"the condition {expression!r} compares texts with numbers",
         f"table {table.attrs.get('name', '')}".rstrip(),
         received=", ".join(f"{name}: {table[name].dtype}" for name in columns_of(expression)),
         code="mixed_types",
@@ -124,14 +124,16 @@ def columns_of(expression: str) -> list[str]:
         nodes = list(ast.walk(ast.parse(expression, mode="eval")))
     except SyntaxError as error:
         raise InvalidInput(
-            f"{expression!r} is not an expression", received=error, code="invalid_expression"
+            f"the condition {expression!r} is not a valid expression",
+            received=error,
+            code="invalid_expression",
         ) from error
     functions = [node.func for node in nodes if isinstance(node, ast.Call)]
     if not all(isinstance(node, _ALLOWED) for node in nodes) or any(
         not (isinstance(function, ast.Name) and function.id == "abs") for function in functions
     ):
         raise InvalidInput(
-            f"{expression!r} is not allowed",
+            f"the condition {expression!r} contains an operation that is not allowed",
             expected="comparisons and arithmetic of columns, numbers and texts",
             code="forbidden_expression",
         )

@@ -342,7 +342,11 @@ class Figure(Options, ABC):
         """Validate the options, alone and with those of other stages. Raises InvalidInput if one does not fit."""
         require_bounds("figure", self)
         if self.panels and type(self).draw is not Figure.draw:
-            raise InvalidInput("this picture has no panels to choose from", "figure.panels", code="no_panels")
+            raise InvalidInput(
+                "the picture of this figure has no panels that can be selected",
+                "figure.panels",
+                code="no_panels",
+            )
 
     @abstractmethod
     def tables(self, inputs: Any) -> Tables:
@@ -376,8 +380,8 @@ class Figure(Options, ABC):
         grid = getattr(sweep, name, None) if name else None
         if self.recording and isinstance(grid, Grid) and (grid.start % 1 or grid.step % 1):
             raise InvalidInput(
-                "start and step must be whole numbers, since they are the recording's timeline;"
-                " figure.recording=false leaves it out",
+                "start and step must be whole numbers, because the values are the timeline of the recording;"
+                " figure.recording=false omits the recording",
                 f"sweep.{name}",
                 received=f"start {grid.start:g}, step {grid.step:g}",
                 code="not_whole",

@@ -38,7 +38,7 @@ def require_true_course(is_known: bool) -> None:
     """Raise InvalidInput unless the true phase of the performances in each frame is known."""
     if not is_known:
         raise InvalidInput(
-            "the true course of an action is known only for synthetic performances",
+            "the true phase in each frame is known only for synthetic performances",
             "data",
             "data=synthetic",
             code="truth_not_known",

@@ -137,7 +137,7 @@ def left_out(people: np.ndarray, performance: int, leave_out: LeaveOut) -> np.nd
     out = alone if leave_out is LeaveOut.performance else people == people[performance]
     if (~out).sum() < 2:
         raise InvalidInput(
-            "too few performances are left to learn from",
+            "too few performances are left to learn a model from",
             f"leave one {leave_out} out, performance {performance}",
             "2 or more",
             (~out).sum(),

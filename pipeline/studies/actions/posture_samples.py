@@ -57,7 +57,7 @@ _BLOCK = 64
 RESAMPLED_POSTURES = 64
 """Number of postures that are sampled at each frame, for each bootstrap sample of people."""
 TAIL_POSTURES = 200
-"""Number of postures that are sampled at each frame to estimate the 95th percentile of distances."""
+"""Number of postures sampled at each frame to estimate the 95th percentile of distances, so that ten exceed it."""
 
 
 @dataclass(frozen=True)

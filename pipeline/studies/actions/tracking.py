@@ -103,7 +103,7 @@ class HeldOutTracking(Sweep):
         return of_occlusion[len(of_occlusion) // 2]
 
     def ways(self, people: np.ndarray) -> tuple[list[LeaveOut], list[str]]:
-        """Return whether one performance or one person can be held out, and a remark if no person can be held out."""
+        """Return which of performance and person can be held out in this data set, and a remark if a person cannot."""
         if LeaveOut.person not in self.leave_out or len(np.unique(people)) > 1:
             return list(self.leave_out), []
         if self.leave_out == [LeaveOut.person]:

@@ -102,8 +102,7 @@ class ReconstructibilitySweep(LimbSweep):
 
 
 def _compared_with_truth(trial: LimbTrial, choice: LimbChoice) -> dict[str, Any]:
-    """Return the errors and reconstructibilities of one trial, from its estimate and the truth; objectives are in
-    mm²."""
+    """Return the errors and reconstructibilities of one trial from its estimate and the truth; objectives in mm²."""
     hits, used, solution = choice.hits, choice.used, choice.solution
     signs = true_signs(choice, trial.relative)
     rows = choice.basis.rows(len(used), used)

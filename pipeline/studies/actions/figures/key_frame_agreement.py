@@ -30,8 +30,7 @@ from pipeline.studies.figure_inputs import sd
 def sequence_differences(
     action: Action, options: ActionSpaceModel, alignment: str
 ) -> tuple[np.ndarray, float]:
-    """Return the rms difference of each performance (M,), and of the mean performance, from synchronization by
-    key-frames.
+    """Return rms differences from synchronization by key-frames, of each performance (M,) and of the mean.
 
     The first result compares each performance in the given alignment with the same performance synchronized by
     key-frames.  The second compares the means over performances.

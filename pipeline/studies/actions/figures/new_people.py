@@ -83,8 +83,7 @@ def space_tables(performances: Sequence[np.ndarray], person: np.ndarray) -> tupl
 
 
 def _sizes(covariances: np.ndarray, of_all: np.ndarray) -> pd.DataFrame:
-    """Return the number (B,) of eigenvectors that reach the required variance, and the share (B,) of the published
-    number.
+    """Return the number (B,) of eigenvectors that the required variance needs, and the variance share (B,) of 16.
 
     The share is explained by the published number of eigenvectors, computed from all people.
     """
@@ -104,8 +103,7 @@ def _sizes(covariances: np.ndarray, of_all: np.ndarray) -> pd.DataFrame:
 def patterns_of_others(
     distances: np.ndarray, person: np.ndarray, pattern_of: Callable[[np.ndarray], int]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the distances (M,) of each performance from the median performance of other people, and from all of
-    theirs.
+    """Return the distances (M,) of each performance from other people's median performance and performances.
 
     The second distance is a mean.  NaN if fewer than two performances of others remain.
 

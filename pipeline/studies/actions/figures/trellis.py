@@ -179,9 +179,9 @@ class OptimalPath(Figure):
         performance = inputs.model.farthest if self.performance == -1 else self.performance
         if performance >= count or performance == median:
             raise InvalidInput(
-                "no such performance to synchronize",
+                "this performance does not exist, or it is the median sequence itself",
                 "figure.performance",
-                f"0 to {count - 1} except {median} (the median sequence), or -1",
+                f"0 to {count - 1} except {median}, or -1 for the farthest performance",
                 self.performance,
                 code="unknown_performance",
                 typed=True,

@@ -40,9 +40,9 @@ class NoiseVariance(Figure):
         sweep = experiment.sweep
         if isinstance(sweep, KnownView) and MAP.name not in sweep.methods:
             raise InvalidInput(
-                "the sweep over σ² needs approach II",
+                "the figure of the error against σ² needs approach II, the method map",
                 "sweep.methods",
-                "map among the methods",
+                "a list that contains map",
                 code="needs_map",
             )
 
@@ -82,8 +82,7 @@ class NoiseVariance(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Charts of the error against σ²: the mean with our best and the published σ², and the error at single
-        views."""
+        """Charts of the error against σ²: the mean with our best and the published σ², and errors at single views."""
         table, views = tables["table"], inputs.sweep.view_angle_deg
         best = table["absolute_error_mm2"].to_numpy().argmin()
         best_sigma2 = table["sigma2_mm2"][best]

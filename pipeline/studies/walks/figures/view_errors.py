@@ -127,8 +127,7 @@ class ViewErrors(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Charts against view angle of the absolute error, the relative error and the variance of the missing
-        dimension."""
+        """Charts of the absolute error, relative error and variance of the missing dimension against view angle."""
         names = inputs.sweep.methods.tolist()
         view = partial(Chart, **VIEW, zero=True)
         styles = methods.styles(names)
