@@ -267,7 +267,9 @@ def _proportions(body: np.ndarray, leg: float) -> list[Complaint]:
     if joints:
         nearest = min(distances.values())
         names = " and ".join(joints)
-        sentence = f"{names}: {nearest:.0f} mm from the pelvis, so a hip is mapped to the centre of the pelvis: map the hip joint"
+        sentence = (
+            f"{names}: only {nearest:.0f} mm from the pelvis; map the hip joint, not the centre of the pelvis"
+        )
         complaints.append(
             Complaint("hip_at_pelvis", sentence, joints, {"distance_mm": nearest}, rejects=True)
         )

@@ -34,7 +34,7 @@ INGEST = "table_ingest"
 """Name of the published table that lists the clips from which a figure was computed."""
 
 MAX_LEFT_OUT = 500
-"""Largest number of jackknife replicates, each of which leaves out one cluster or a group of clusters.
+"""Largest number of jackknife replicates; a replicate leaves out one cluster or a group of clusters.
 
 With more clusters, each replicate leaves a group out; the acceleration is the same on average.
 """

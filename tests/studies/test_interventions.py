@@ -1,4 +1,4 @@
-"""Numbers of runs with one option changed are kept by switch, with scale and intervals, from clean checkouts alone."""
+"""Tests of the tables on changed options: rows are replaced by option change, and clean checkouts are required."""
 
 from __future__ import annotations
 

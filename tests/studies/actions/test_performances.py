@@ -1,4 +1,4 @@
-"""Share of a performance's height and cosines that the mean of the other performances explains."""
+"""Tests of the share of the pelvis height's and the cosines' variance that other performances explain."""
 
 from __future__ import annotations
 
