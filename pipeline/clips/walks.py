@@ -29,7 +29,7 @@ REPORT_COLUMNS = (
 )  # fmt: skip
 
 MAX_SLOPE, MAX_STEP_MM = 0.1, 150.0
-"""Largest rise of the pelvis in a level walk, as a fraction of the path length and a constant, mm.
+"""Largest rise of the pelvis in a level walk: a fraction of the path length plus a constant in mm.
 
 Steep ramps and stairs exceed it.
 """
@@ -37,7 +37,7 @@ MAX_LEVEL_SLOPE = 0.025
 """Largest slope of a floor that counts as level; laboratory axes are tilted by up to 2.2 %, as in CMU data."""
 
 MIN_BAD_JOINT_SHARE = 0.4
-"""Smallest share of the residual of a two-harmonic fit that one joint has if it counts as badly tracked."""
+"""Share of the residual of a two-harmonic fit above which a joint counts as badly tracked."""
 
 FAR_FREQUENCY = "far_frequency"
 """Code of the error or remark on a walk whose stride frequency is far from those of other walks."""
@@ -280,7 +280,7 @@ def compared(
         take = f"data.steady.frequency_ratio={np.ceil(100 * max(relative, 1 / relative)) / 100:g}"
         reason = InvalidInput(
             "the fundamental frequency is far from that of other walkers",
-            expected=f"within a factor of {ratio:g} of the median walker with the same leg length",
+            expected=f"within a factor of {ratio:g} of the median, scaled to the leg length",
             received=f"{walk.row['frequency_hz']:.2f} Hz, a factor of {factor}; accepted with {take}",
             code=FAR_FREQUENCY,
             take=[take],

@@ -39,7 +39,7 @@ MIN_BEND = 0.05
 """Distance of a knee from the line between hip and ankle, in leg lengths, above which the knee counts as bent."""
 
 MIN_BALANCE = -0.5
-"""Balance of knees that bend forward (1) or backward (-1), below which left and right are exchanged."""
+"""Mean direction of knee bends, from -1 (backward) to 1 (forward), below which left and right are exchanged."""
 
 _HIPS, _KNEES = ([leg[k] for leg in (LEFT_LEG, RIGHT_LEG)] for k in (0, 1))
 _SHOULDERS = [WALKER15.index("left_shoulder"), WALKER15.index("right_shoulder")]

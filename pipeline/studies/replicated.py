@@ -306,7 +306,7 @@ def _labels(
 
 
 def _rows_behind(name: str, tables: Mapping[str, pd.DataFrame]) -> tuple[str, pd.DataFrame]:
-    """Return the name of the column whose clusters are resampled, empty without one, and the rows to resample."""
+    """Return the name of the column that defines clusters, or an empty string, and the rows to resample."""
     stem = name if "/" in name else f"{name}/table"
     stem = stem.removesuffix("_people")
     for candidate in (f"{stem}_populations", f"{stem}_draws", f"{stem}_people", name):

@@ -1,4 +1,4 @@
-"""Tests of the tables on changed options: rows are replaced by option change, and clean checkouts are required."""
+"""Tests of the tables on changed options: new rows replace old rows, and uncommitted changes are rejected."""
 
 from __future__ import annotations
 

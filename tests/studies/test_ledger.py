@@ -401,7 +401,7 @@ def test_populations_take_the_place_of_people() -> None:
 
 
 def test_an_interval_does_not_move_to_hold_its_value() -> None:
-    """Value and interval come from other populations, even if the published population is an outlier."""
+    """The value and its interval come from the other populations, even if the published population is an outlier."""
     gains = 0.3 + 0.05 * np.sin(np.arange(20))
     tables = errors_of(20, gains - 0.25, -0.2)
     each = [errors_of(20, gains + shift, -0.2)["table"] for shift in (-0.01, 0.0, 0.01, 0.0)]

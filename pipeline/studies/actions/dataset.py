@@ -26,7 +26,7 @@ class Frame(StrEnum):
 
 
 class Heading(StrEnum):
-    """Choice of the frames whose yaw is subtracted from the direction of the hip."""
+    """Removal of the heading from postures: by the yaw of the first frame, by the yaw of every frame, or not at all."""
 
     first = "first"
     """The yaw of the first frame is subtracted from the hip direction in all frames."""

@@ -27,9 +27,9 @@ class LeaveOut(StrEnum):
     """Choice of the performances that are excluded from the model with which one performance is tracked."""
 
     performance = "performance"
-    """Only the tracked performance."""
+    """Only the tracked performance is excluded."""
     person = "person"
-    """All performances of the tracked person."""
+    """All performances of the tracked person are excluded."""
 
 
 _PELVIS, _HIPS = WALKER15.index("pelvis"), [WALKER15.index(f"{side}_hip") for side in ("left", "right")]
@@ -81,7 +81,7 @@ class HeldOut:
     frame: str
 
     def joints(self, coordinates: np.ndarray, body: LimbLengths) -> np.ndarray:
-        """Return the joints (S, 15, 3), mm, of a body in postures (S, b) of the aSpace; NaN if one is not a posture.
+        """Return the joints (S, 15, 3), mm, of a body from aSpace coordinates (S, b); NaN where no posture is defined.
 
         Once in millions of steps, a random walk through the aSpace reaches a limb that points against its rest
         direction.  Its frame is undefined there, and a particle without joints gets no weight.

@@ -193,7 +193,7 @@ class _Action:
         generator: np.random.Generator,
         at: int,
     ) -> np.ndarray:
-        """Return postures (count, b) of one kind; the two models are learnt with and without synchronization."""
+        """Return postures (count, b) of one kind, from models that are learnt with and without synchronization."""
         if kind == "training":
             return self.performances[:, at]
         draws = beyond if kind == "outside" else action_model.sample

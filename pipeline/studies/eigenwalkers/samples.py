@@ -18,14 +18,14 @@ from pipeline.validation import Count
 
 
 class Origin(StrEnum):
-    """Origin of the world frame."""
+    """Origin of the coordinates of a walk."""
 
     pelvis_mean = "pelvis_mean"
     floor = "floor"
 
 
 class Size(StrEnum):
-    """Normalisation of body size."""
+    """Normalisation of the body size of walkers."""
 
     absolute = "absolute"
     stature = "stature"

@@ -42,7 +42,7 @@ def hanging(root: np.ndarray, lengths: np.ndarray) -> np.ndarray:
 def random_signs(
     camera: Pinhole, images: np.ndarray, root: np.ndarray, lengths: np.ndarray, generator: np.random.Generator
 ) -> np.ndarray:
-    """Return positions (F, 15, 3), mm, where a random one of the two ray-sphere intersections ends each limb.
+    """Return positions (F, 15, 3), mm, with each limb's end at a random one of its two ray-sphere intersections.
 
     The candidates are the intersections of the rays through images (F, 15, 2), px, with the spheres of the limbs.
     """

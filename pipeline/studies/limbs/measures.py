@@ -100,7 +100,7 @@ def rank_correlation_within(table: Table, column: str, by: str, within: str) -> 
 def _curve(
     table: Table, at: str, column: str, where: str, over: Callable[[Rows, np.ndarray], np.ndarray]
 ) -> tuple[Rows, np.ndarray, np.ndarray]:
-    """Selected rows, distinct values (V,) of the abscissa, and a statistic (B, V) over the rows with each value.
+    """Selected rows, distinct values (V,) of one column, and a statistic (B, V) of another column at each value.
 
     The arrays are empty if an entry of one of the columns is not finite.
     """
@@ -153,7 +153,7 @@ def least_unreliable_root_error(
 def _reliable_scales(
     table: Table, camera: str, found: float, error: str
 ) -> tuple[Rows, np.ndarray, np.ndarray]:
-    """Rows, relative radii (V,), and a mask (B, V) of radii at which the error is almost that of the true radius.
+    """Table rows, relative radii (V,), and a mask (B, V) of the radii with almost the error of the true radius.
 
     At a reliable scale, the median error is at most `found` larger than at scale 1.
     """
@@ -165,7 +165,7 @@ def _reliable_scales(
 
 
 def least_reliable_scale(table: Table, camera: str, found: float, error: str = "limb_error") -> Number:
-    """Smallest relative radius such that the error is reliable from this radius up to the true radius.
+    """Smallest relative radius such that all radii up to the true one give almost the error of the true one.
 
     A scale is reliable if its median error is at most `found` larger than at scale 1.
     """

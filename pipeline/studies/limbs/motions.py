@@ -85,7 +85,7 @@ class Root(StrEnum):
 
     true = "true"
     unit_depth = "unit_depth"
-    """The root lies on the rays of its image points, at its depth in the middle frame.
+    """The root lies on the rays of its image points, at the depth that it has in the middle frame.
 
     If the camera moves, the true trajectory is used.
     """
@@ -213,7 +213,7 @@ class _Reconstruction:
         return prepared(self.images, self.camera, trajectory, self.lengths, options)
 
     def in_papers_conditions(self, generator: np.random.Generator) -> dict[str, float]:
-        """Return the errors of the method and of baselines for the input that the paper's method has."""
+        """Return the errors of the method and of baselines with only the information that the paper's method has."""
         true_root = self.truth[:, ROOT]
         skeleton = self.prepared()
         estimate = skeleton.whole()
@@ -248,7 +248,7 @@ class _Reconstruction:
         return outside(self.basis.rows(len(used), used), about) / size
 
     def error_mm(self, positions: np.ndarray) -> float:
-        """Return the mean distance, mm, between estimated and true joints relative to the root, without the root."""
+        """Return the mean distance, mm, of estimated from true joints relative to the root; the root is not counted."""
         return error_about_root(positions, self.truth)[:, CHILDREN].mean()
 
     def both_variants(self, keys: dict[str, str]) -> list[dict[str, Any]]:

@@ -39,7 +39,7 @@ class Truth(StrEnum):
     """Ground truth with which reconstructions are compared."""
 
     motion = "motion"
-    """Recorded motion, including the part that a fit by two harmonics leaves."""
+    """Recorded motion, including the residual of the fit by two harmonics."""
     fourier = "fourier"
 
 

@@ -173,6 +173,6 @@ def _phases(coefficients: np.ndarray) -> np.ndarray:
 
 
 def _from_the_mean_deg(angles: np.ndarray) -> np.ndarray:
-    """Return the absolute difference (R,), degrees, of each angle (R,), rad, from the circular mean of all."""
+    """Return the absolute difference (R,), degrees, of angles (R,), rad, from their circular mean."""
     mean = np.angle(np.exp(1j * angles).mean())
     return np.abs(np.degrees(np.angle(np.exp(1j * (angles - mean))))).round(DECIMALS)

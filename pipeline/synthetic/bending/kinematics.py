@@ -142,7 +142,7 @@ def _balanced(
 
 
 def _excess_height(person: Person, hips: np.ndarray, ankles: np.ndarray) -> float:
-    """Return the largest height of the hips above that of straight legs, mm; 0 if the legs always reach."""
+    """Return the largest excess, mm, of the hips' height over the reach of straight legs; 0 if always in reach."""
     thigh, shank = person.body.thigh[:, 0], person.body.shank[:, 0]
     reach = np.sqrt(thigh**2 + shank**2 + 2.0 * thigh * shank * np.cos(MIN_BEND))
     leg = hips - ankles

@@ -41,7 +41,7 @@ WITHIN = 0.2
 """SD between performances of a person, as a fraction of the SD between people. Assumed."""
 
 TIMED = ("knee", "hip", "lean", "twist", "head", "arms", "elbows")
-"""Angles of the bending movement whose timing is drawn separately for each angle."""
+"""Angles of the bending movement that each have a separately drawn timing."""
 TIMING_SD, SKEW_SD = 0.02, 0.15
 """SD of the phases at which an angle starts and stops, and SD of the log of the exponent that skews its course."""
 

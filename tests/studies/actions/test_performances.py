@@ -1,4 +1,4 @@
-"""Tests of the share of the pelvis height's and the cosines' variance that other performances explain."""
+"""Tests of the variance of pelvis height and direction cosines that other performances explain."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ from pipeline.studies.figure_inputs import sd
 def sequence_differences(
     action: Action, options: ActionSpaceModel, alignment: str
 ) -> tuple[np.ndarray, float]:
-    """Return rms differences from synchronization by key-frames, of each performance (M,) and of the mean.
+    """Return rms differences from synchronization by key-frames, of each performance (M,) and of their mean.
 
     The first result compares each performance in the given alignment with the same performance synchronized by
     key-frames.  The second compares the means over performances.

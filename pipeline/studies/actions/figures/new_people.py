@@ -65,7 +65,7 @@ def moments(performances: Sequence[np.ndarray], person: np.ndarray) -> Moments:
 
 
 def space_tables(performances: Sequence[np.ndarray], person: np.ndarray) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Return tables of the number of eigenvectors needed, for all people and for bootstrap samples of people.
+    """Return tables of the number of eigenvectors for the required variance, for all people and resampled people.
 
     The uncorrelated baseline shuffles each number of a posture over time, so that only the diagonal of the covariance
     remains.  The paper's number of eigenvectors is taken from all people: eigenvectors of a resample would cover
@@ -83,7 +83,7 @@ def space_tables(performances: Sequence[np.ndarray], person: np.ndarray) -> tupl
 
 
 def _sizes(covariances: np.ndarray, of_all: np.ndarray) -> pd.DataFrame:
-    """Return the number (B,) of eigenvectors that the required variance needs, and the variance share (B,) of 16.
+    """Return the number (B,) of eigenvectors for the required variance, and the variance share (B,) of the first 16.
 
     The share is explained by the published number of eigenvectors, computed from all people.
     """
@@ -103,7 +103,7 @@ def _sizes(covariances: np.ndarray, of_all: np.ndarray) -> pd.DataFrame:
 def patterns_of_others(
     distances: np.ndarray, person: np.ndarray, pattern_of: Callable[[np.ndarray], int]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the distances (M,) of each performance from other people's median performance and performances.
+    """Return each performance's distance (M,) from the median performance of other people, and from all on average.
 
     The second distance is a mean.  NaN if fewer than two performances of others remain.
 

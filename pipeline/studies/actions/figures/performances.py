@@ -122,7 +122,7 @@ def _angle_change_max(cosines: np.ndarray) -> float:
 
 
 def posture_table(inputs: Inputs) -> pd.DataFrame:
-    """Table of a posture's size, the largest change of cosines between frames, and the asymmetry of pair distances."""
+    """Table of the length of a posture vector, the largest changes of cosines, and the asymmetry of pair distances."""
     data, distances = inputs.dataset, inputs.model.distances
     cosines = _cosines(data.postures)
     within = np.delete(np.arange(1, len(cosines)), data.first[1:-1] - 1)  # not from one clip to the next

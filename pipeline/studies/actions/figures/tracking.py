@@ -31,14 +31,14 @@ METHODS = {
     "mean_best_phase": Style("mean, best phase", "green", line="dashed", interval=False),
 }
 RECORDED = METHODS | {"mean_linear_phase": replace(METHODS["mean_linear_phase"], colour="yellow")}
-"""Styles of the methods in the recording; one method has yellow instead of grey, to differ from the silver truth."""
+"""Styles of the methods in the recording; yellow replaces grey, which resembles the silver of the true motion."""
 
 PANELS = {
     "particles": ("particles", "particles"),
     "noise": ("noise_mm", "noise of the image"),
     "occlusion": ("occluded", "share of joints hidden"),
 }
-"""Column and axis label of each varied quantity."""
+"""Table column and axis label of each quantity that the tracking experiment varies."""
 
 LOST_ABOVE = 2.0
 """Ratio of the tracking error to the error of the projected true postures above which the phase counts as lost.

@@ -27,7 +27,7 @@ BASELINES = ("hanging_error", "mean_pose_error")
 """Names of the table columns with the errors of the baselines."""
 
 ADJUSTED_BASELINE = "adjusted_hanging_error"
-"""Table column with the error of a hanging limb whose length is the radius after adjustment to the rays."""
+"""Table column with the error of a hanging limb whose length is adjusted to the rays of its image points."""
 
 BASELINE_MEDIANS = {f"{name}_median": (name, "median") for name in BASELINES}
 

@@ -31,7 +31,7 @@ MAX_RECONSTRUCTIBILITY = 1000.0
 """Upper limit of reconstructibility in tables; it is infinite if the basis contains the true trajectory."""
 
 WINDOW = 8
-"""Divisor of the number of trials that gives the number of trials in the window of the running median."""
+"""Divisor of the number of trials; the quotient is the width of the running median's window, in trials."""
 
 PUBLISHED = Reference(x="park2011_accuracy_is_high_above_one", label="η = 1")
 

@@ -60,7 +60,7 @@ class ViewErrors(Figure):
     )
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table`` with errors by method and view, and tables by walker, by joint and of checks.
+        """Return ``table`` with errors by method and view, and further tables by walker, by joint, and with checks.
 
         ``table_people``: the same for every walker; ``table_walkers``: per walker and method, mean over views;
         ``table_summary``: mean, median and worst walker; ``table_joints``: per joint; ``table_coefficients``: how often
