@@ -165,7 +165,7 @@ def test_hidden_joints_are_as_far_off_as_their_table_has_it() -> None:
 
 
 def test_undecided_limbs_are_called_by_the_colour_that_they_are_drawn_in() -> None:
-    """The text names the colour in which the palette draws undecided limbs; an earlier text said red."""
+    """The text names the colour in which the palette draws undecided limbs; an earlier text named red."""
     text = filled_caption(presets()["park2011_fig4"]["expect"], lambda name: np.nan)
     assert f"most limbs are {ROLES['undecided']}," in text
     assert ROLES["undecided"] in COLOURS

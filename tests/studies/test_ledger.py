@@ -357,7 +357,7 @@ def test_the_prediction_of_a_share_ends_at_all() -> None:
 
 @pytest.mark.parametrize(("by", "low"), [("walker", 100.0 * 0.025 ** (1 / 20)), ("view_angle_deg", 100.0)])
 def test_a_share_of_walkers_has_it_and_one_of_views_does_not(by: str, low: float) -> None:
-    """A percentage of walkers has an interval, because walkers are sampled; a percentage of views has none."""
+    """A percentage of walkers has an interval, because walkers are sampled; a percentage of views has no interval."""
     error = np.concatenate([np.full(20, 5.0), np.full(20, 3.0)])
     table = {
         "person": 2 * [f"p{r:02d}" for r in range(20)],

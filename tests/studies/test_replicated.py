@@ -1,4 +1,4 @@
-"""Tests of intervals in tables: they equal the intervals of verdicts, and one person or clip has none."""
+"""Tests of intervals in tables: they equal the intervals of verdicts, and a single person or clip has no interval."""
 
 from __future__ import annotations
 

@@ -103,8 +103,7 @@ class HeldOutTracking(Sweep):
         return of_occlusion[len(of_occlusion) // 2]
 
     def ways(self, people: np.ndarray) -> tuple[list[LeaveOut], list[str]]:
-        """Return the choices of held-out data that are possible in this data set, and remarks on the impossible
-        ones."""
+        """Return the choices of held-out data that are possible in this data set, and remarks on impossible ones."""
         if LeaveOut.person not in self.leave_out or len(np.unique(people)) > 1:
             return list(self.leave_out), []
         if self.leave_out == [LeaveOut.person]:
