@@ -37,7 +37,7 @@ _INIT = Path(__file__).resolve().parent.parent / "pipeline" / "__init__.py"
 
 
 def _package() -> Any:
-    """Return the package `pipeline` next to this one, after loading it if necessary."""
+    """Return the package `pipeline` in the same folder, after loading it if necessary."""
     loaded = sys.modules.get("pipeline")
     if loaded is not None:
         if Path(str(getattr(loaded, "__file__", ""))).resolve() != _INIT:
@@ -55,7 +55,7 @@ def _package() -> Any:
 
 
 class _Modules(MetaPathFinder, Loader):
-    """Finds ``gait_pipeline.x`` as ``pipeline.x``."""
+    """Import hook that loads ``gait_pipeline.x`` as ``pipeline.x``."""
 
     def find_spec(self, name: str, path: object = None, target: object = None) -> ModuleSpec | None:
         if not name.startswith("gait_pipeline.") or name == "gait_pipeline.__main__":
@@ -66,7 +66,7 @@ class _Modules(MetaPathFinder, Loader):
         return importlib.import_module(spec.name.removeprefix("gait_"))
 
     def exec_module(self, module: object) -> None:
-        """It is loaded."""
+        """Do nothing, because the module is already loaded."""
 
 
 _ours = _package()
@@ -74,5 +74,5 @@ sys.meta_path.insert(0, _Modules())
 
 
 def __getattr__(name: str) -> Any:
-    """Return what the package `pipeline` has under this name."""
+    """Return the attribute of the package `pipeline` with this name."""
     return getattr(_ours, name)

@@ -1,4 +1,4 @@
-"""``python -m gait_pipeline``: as ``python -m pipeline``."""
+"""Entry point of ``python -m gait_pipeline``, which does the same as ``python -m pipeline``."""
 
 from __future__ import annotations
 

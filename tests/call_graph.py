@@ -1,4 +1,4 @@
-"""Which functions of the package another one may call: a graph of names, read from the syntax trees.
+"""Call graph of the project's functions, estimated from the names in the syntax trees.
 
 A function reaches what its body names: functions and classes of its module, what is imported (through the
 re-exports of packages), attributes of modules, and the methods of classes that are reached, wherever an attribute
@@ -16,7 +16,7 @@ Node = ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef
 
 
 class CallGraph:
-    """The functions, classes and methods below the folders of packages, by dotted name."""
+    """Functions, classes and methods of the packages by dotted name, with the names that each of them uses."""
 
     def __init__(self, *packages: Path) -> None:
         self.modules: dict[str, dict[str, str]] = {}
@@ -65,7 +65,7 @@ class CallGraph:
         self.bodies[name] = (module, reference)
 
     def resolve(self, name: str) -> str:
-        """The dotted name where something is defined, through re-exports; the name itself if it is not ours."""
+        """Return the dotted name under which an object is defined, or the given name if it is not in the project."""
         for _ in range(20):
             head, _, last = name.rpartition(".")
             finite = self.modules.get(head, {}).get(last)
@@ -80,7 +80,7 @@ class CallGraph:
         return name
 
     def reached(self, starts: Iterable[str]) -> set[str]:
-        """Dotted names of everything that these functions and modules reach, themselves included."""
+        """Return the dotted names of all functions that the given functions may call, including themselves."""
         waiting, result, attributes = list(starts), set(), set()
         while waiting:
             name = waiting.pop()
@@ -103,7 +103,7 @@ class CallGraph:
 
 
 def _statements(tree: ast.Module) -> Iterator[ast.AST]:
-    """Statements of a module, those under `if` and `try` too."""
+    """Yield the top-level statements of a module, including the statements under `if` and `try`."""
     for node in tree.body:
         if isinstance(node, ast.If | ast.Try):
             yield from (n for n in ast.iter_child_nodes(node) if isinstance(n, ast.stmt))
@@ -117,7 +117,7 @@ def _assigned(node: ast.AST) -> Iterator[str]:
 
 
 def _references(node: ast.AST) -> Iterator[tuple[str, str]]:
-    """Names and dotted names that a syntax tree reads, and the attributes of whatever else."""
+    """Yield the names that a syntax tree reads: plain names, dotted names and attribute names."""
     for part in ast.walk(node):
         if isinstance(part, ast.Name):
             yield "name", part.id

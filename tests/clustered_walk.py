@@ -1,4 +1,4 @@
-"""A walk with technical clusters on thighs and shanks alone, and the standing trial that has the knees and ankles.
+"""Synthetic walk with marker clusters on thighs and shanks only, and a standing trial with knee and ankle markers.
 
 Markers bear the names of OpenSim's Gait2354, y up, x forwards.  Clusters are rigid with segments of a synthetic walker,
 so that knees and ankles are known: midway between the lateral and the medial marker.
@@ -17,7 +17,7 @@ TECHNICAL = {
     "Thigh": {"Upper": (60, 20, 260), "Front": (10, 75, 200), "Rear": (70, -20, 120)},
     "Shank": {"Upper": (45, 20, 300), "Front": (5, 50, 240), "Rear": (45, -25, 190)},
 }
-"""Markers of each cluster: lateral, forwards and up from the lower end of the segment, mm."""
+"""Marker positions of each cluster, mm from the lower end of the segment: lateral, forwards and upwards."""
 ANATOMICAL = [
     f"{side}.{part}.{end}" for side in SIDES for part in ("Knee", "Ankle") for end in ("Lat", "Med")
 ]
@@ -29,14 +29,14 @@ def _unit(vectors: np.ndarray) -> np.ndarray:
 
 
 def _frame(right: np.ndarray, up: np.ndarray) -> np.ndarray:
-    """Axes (T, 3, 3) of a segment, as columns right, forwards, up."""
+    """Return the axes (T, 3, 3) of a body segment as columns: to the right, forwards, upwards."""
     up = _unit(up)
     right = _unit(right - (right * up).sum(axis=-1, keepdims=True) * up)
     return np.stack([right, np.cross(up, right), up], axis=-1)
 
 
 def markers(joints: np.ndarray) -> dict[str, np.ndarray]:
-    """Markers (T, 3), mm, of a body whose joints (T, 15, 3) are known."""
+    """Return the markers (T, 3), mm, of a body with the given joint positions (T, 15, 3), by marker name."""
 
     def at(name: str) -> np.ndarray:
         return joints[:, WALKER15.index(name)]
@@ -76,7 +76,7 @@ def markers(joints: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def standing(joints: np.ndarray) -> np.ndarray:
-    """The body (1, 15, 3) of a walk's first frame upright, its legs straight down, turned by a quarter."""
+    """Return the body (1, 15, 3) of a walk's first frame in standing posture, rotated by 90° about the vertical."""
     body = joints[:1].copy()
     for side in ("left", "right"):
         hip, knee, ankle = (WALKER15.index(f"{side}_{part}") for part in ("hip", "knee", "ankle"))
@@ -89,7 +89,7 @@ def standing(joints: np.ndarray) -> np.ndarray:
 def trials(
     seed: int = 4, noise_mm: float = 0.0, seconds: float = 4.0
 ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """Return the markers, y up, of a walk and of a standing trial, all of both: callers leave out what they like."""
+    """Return all markers of a walk and of a standing trial, with y up; tests remove the markers they do not need."""
     output = walkers.walking_population(
         np.random.default_rng(seed),
         male=1,
@@ -116,5 +116,5 @@ def trials(
 
 
 def without(points: dict[str, np.ndarray], names: list[str]) -> dict[str, np.ndarray]:
-    """The points but for some."""
+    """Return the marker positions without the markers of the given names."""
     return {name: position for name, position in points.items() if name not in names}

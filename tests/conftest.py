@@ -1,5 +1,5 @@
 # ruff: noqa: E402 - threads are set before anything is imported
-"""Settings of all tests: one BLAS thread, hypothesis profiles, and figures that are made once for a session."""
+"""Settings of all tests: one BLAS thread, profiles of hypothesis, and figures that are computed once per session."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ settings.load_profile(
 os.environ.setdefault("AVERAGE_WALKER", str(Path(__file__).resolve().parent / "fixtures" / "mm_made_up.mm"))
 
 QUICK = ("scale=smoke", "figure.picture=false", "figure.recording=false")
-"""Tables alone, of twelve walkers."""
+"""Options that compute only the tables of a figure, from twelve walkers."""
 
 FEW_TRIALS = {
     "park2011_fig3a": ["sweep.trials=15", "sweep.refined=6"],
@@ -69,12 +69,12 @@ FEW_TRIALS = {
     ],
     "zhang2007_occlusion": ["scale.walkers=16", "sweep.seen_from_deg.step=90", "sweep.partners=2"],
 }  # fmt: skip
-"""Options that keep figures short where their claims are tested: fewer trials or people, one certificate."""
+"""Options that shorten the figures whose claims are tested, by figure: fewer trials, people or particles."""
 
 
 @dataclass(frozen=True)
 class CommandResult:
-    """Output and exit status of one command."""
+    """Exit status and printed text of one command."""
 
     status: int
     out: str
@@ -82,14 +82,14 @@ class CommandResult:
 
     @property
     def result(self) -> str:
-        """Standard output after the line that says what is set up."""
+        """Standard output without its first line, which announces the setting up."""
         first, _, others = self.out.partition("\n")
         return others if first.startswith("setting up ") else self.out
 
 
 @pytest.fixture
 def say(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., CommandResult]:
-    """``say("experiment=…", …)``: the command line, in this process."""
+    """Function that runs the command line in this process: ``say("experiment=…", …)``."""
     from pipeline.cli import main as command_line
 
     def say(*arguments: str) -> CommandResult:
@@ -105,7 +105,7 @@ def say(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> 
 
 @pytest.fixture
 def figure() -> Callable[..., Outcome]:
-    """``figure(results, name, *overrides)``: one figure below `results`, by a store that remembers nothing."""
+    """Function that computes one figure without cached stages: ``figure(results, name, *overrides)``."""
     from pipeline.cli.compose import compose
     from pipeline.cli.figures import make_figure
     from pipeline.storage.store import Store
@@ -119,9 +119,10 @@ def figure() -> Callable[..., Outcome]:
 
 @pytest.fixture(scope="session")
 def synthetic_tables(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, np.ndarray]]:
-    """Tables of the papers' figures on all the embedded people at coarse steps: ``zhang2007_fig5/table_walkers`` …
+    """Tables of the papers' figures for all synthetic people at coarse steps, by figure and table name.
 
-    ``table.csv`` goes by the figure's name alone.  Figures that no claim of a paper rests on are not among them.
+    Names are ``zhang2007_fig5/table_walkers`` or, for ``table.csv``, the figure's name alone.
+    Figures that no claim of a paper rests on are not among them.
     """
     from rich.console import Console
 
@@ -155,7 +156,7 @@ def synthetic_tables(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict
 
 @pytest.fixture(scope="session")
 def smoke_results(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Results folder of every preset at ``scale=smoke``, with pictures and recordings, made by the command line."""
+    """Results folder with every figure at ``scale=smoke``, computed by one run of the command line."""
     from tests.processes import python
 
     results = tmp_path_factory.mktemp("smoke")
@@ -173,7 +174,7 @@ SHARING = {
     "tests/claims/test_planted_errors.py": "planted_errors",
     "tests/claims": "synthetic_tables",
 }
-"""Modules whose fixture takes long to make: of several processes one runs all of them; the first that fits counts."""
+"""Paths of test modules that share a slow fixture and therefore run in one process; the first matching path counts."""
 
 FIRST = (
     *(path for path, shared in SHARING.items() if shared == "smoke_results"),
@@ -183,11 +184,11 @@ FIRST = (
     "tests/studies/test_newcomers_bill.py",
     "tests/test_tutorial.py",
 )
-"""Slow modules, which run first: otherwise one process would finish them while the others wait."""
+"""Slow test modules, which run first so that no process has to finish them while the other processes are idle."""
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put the modules that take longest in front; the others stay in their order."""
+    """Move the tests of the slowest modules to the front, and keep the order of all other tests."""
     rank = {name: number for number, name in enumerate(FIRST)}
 
     def place(item: pytest.Item) -> int:
@@ -197,7 +198,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 def pytest_collection_finish() -> None:
-    """Spare the garbage collector what thousands of collected tests hold: it would look through it again and again."""
+    """Exempt the collected tests from garbage collection, which would otherwise scan them repeatedly."""
     gc.freeze()
     gc.set_threshold(20_000, 20, 20)
     gc.enable()
@@ -205,7 +206,7 @@ def pytest_collection_finish() -> None:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
-    """Give each process whole modules, and modules that share a fixture to the same process."""
+    """Give each test process whole modules, and give modules that share a fixture to the same process."""
     from xdist.scheduler import LoadFileScheduling
 
     class BySharedFixture(LoadFileScheduling):
@@ -218,7 +219,7 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
 
 @pytest.fixture(scope="session")
 def mocap_mirror() -> Path:
-    """Folder of the public recordings; tests that ask for it are skipped where there is none."""
+    """Folder of the public recordings. Tests that need it are skipped if ``MOCAP_MIRROR`` is not set."""
     mirror = os.environ.get("MOCAP_MIRROR")
     if not mirror:
         pytest.skip("needs the recordings: set MOCAP_MIRROR")
@@ -230,7 +231,7 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 
 @pytest.fixture(scope="session")
 def browser() -> str:
-    """A browser's name; tests that ask for it are skipped where there is none."""
+    """Name of the installed browser. Tests that need a browser are skipped if Chromium is not installed."""
     outcome = next((name for name in BROWSERS if shutil.which(name)), "")
     if not outcome:
         pytest.skip("needs Chromium")

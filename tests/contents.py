@@ -1,4 +1,4 @@
-"""Contents of every figure's folder at smoke scale: rows and columns of its tables, entities of its recording.
+"""Description of a figure's folder at smoke scale: rows and columns of its tables, entities of its recording.
 
 python -m tests.contents FOLDER FIGURE …
     Write ``tests/golden/FIGURE.csv``, its first table, and ``tests/golden/FIGURE.txt``, what is in its folder
@@ -19,11 +19,11 @@ from tests.recordings import reading
 
 GOLDEN = Path(__file__).resolve().parent / "golden"
 COMMON = ("claims", "table_ingest")
-"""Tables that every figure has."""
+"""Names of the tables that every figure has."""
 
 
 def contents(folder: Path) -> str:
-    """Return a line to each table, its columns with a ``?`` where cells are empty, and one to each entity."""
+    """Return a text with one line for each table and each recorded entity; ``?`` marks columns with empty cells."""
     lines = []
     for path in sorted(folder.glob("*.csv")):
         if path.stem not in COMMON:
@@ -37,12 +37,12 @@ def contents(folder: Path) -> str:
 
 
 def golden(figure: str) -> str:
-    """Return what a figure is to leave."""
+    """Return the expected description of the folder of a figure."""
     return (GOLDEN / f"{figure}.txt").read_text(encoding="utf-8")
 
 
 def columns_of(figure: str) -> dict[str, list[str]]:
-    """Return the columns of each table that a figure is to leave, by the table's name."""
+    """Return the expected columns of each table of a figure, by table name."""
     result = {}
     for line in golden(figure).splitlines():
         if not line.startswith("recording: "):
@@ -52,7 +52,7 @@ def columns_of(figure: str) -> dict[str, list[str]]:
 
 
 def sharing_a_class(figures: Collection[str]) -> dict[str, list[str]]:
-    """Return the other figures that share a class of options with these, by the class: their golden files may move."""
+    """Return the further figures that share a class of options with the given figures, by class."""
     from pipeline.cli.compose import compose_figures
 
     users: dict[str, list[str]] = {}

@@ -1,4 +1,4 @@
-"""Options at the ends of their ranges, one at a time, at smoke scale: is a figure made, or an error explained?
+"""Run of each figure with each option at the ends of its range: each run must finish or explain its error.
 
 python -m tests.extremes [FIGURE ...]
     A run for each option and value: of all figures 1 700, an hour on two cores.  Exit status 1 if one ends
@@ -29,11 +29,11 @@ from tests.made_up_walker import WALKER
 ROOT = Path(__file__).resolve().parent.parent
 GROUPS = ("data", "dataset", "model", "sweep", "figure")
 LARGEST = 100
-"""Ends of a range that exceed a value by more than this factor are left out: they would run for hours."""
+"""Largest ratio of a range's end to the default value; a run with a more distant end would take hours."""
 
 
 def tree(kind: type[Any]) -> dict[str, Any]:
-    """Return what is known of each option of a class: its options in turn, or words or bounds of its values."""
+    """Return what the annotations of an options class permit for each option: nested options, choices or bounds."""
     hints = get_type_hints(kind, include_extras=True)
     return {field.name: _values(hints[field.name]) for field in fields(kind)}
 
@@ -53,7 +53,7 @@ def _values(hint: Any) -> Any:
 
 
 def options(path: str, option: Any, known: dict[str, Any]) -> Iterator[tuple[str, Any, Any]]:
-    """Each option below a group: its path, its value and what its class knows of the values it may have."""
+    """Yield each option of a group: its path, its value and the permitted values."""
     for name, owner in known.items():
         value = getattr(option, name)
         if isinstance(owner, dict) and "" not in owner:
@@ -71,7 +71,7 @@ def within(number: float, bounds: dict[str, float]) -> bool:
 
 
 def tried(value: Any, known: Any) -> list[Any]:
-    """Return the values that an option is set to, without its own."""
+    """Return the values that the program tries for an option, without the option's present value."""
     if isinstance(value, bool):
         return [not value]
     if isinstance(value, enum.Enum):
@@ -96,7 +96,7 @@ def tried(value: Any, known: Any) -> list[Any]:
 
 
 def runs(figures: list[str]) -> list[list[str]]:
-    """Overrides of every run; an option of the data is tried with the first figure that reads it alone."""
+    """Return the overrides of every run. An option of the data is tried only with the first figure that has it."""
     result: dict[tuple[str, str], list[str]] = {}
     for figure in figures:
         experiment = compose([f"experiment={figure}", "scale=smoke"])
@@ -114,7 +114,7 @@ def runs(figures: list[str]) -> list[list[str]]:
 
 
 def main(figures: list[str]) -> int:
-    """Run all and tell of those that end otherwise than they should."""
+    """Run all overrides, and print the runs that neither finish nor explain their error."""
     os.environ.setdefault("AVERAGE_WALKER", str(WALKER))
     faults = sentences = 0
     target = runs(figures or presets())

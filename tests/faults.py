@@ -1,4 +1,4 @@
-"""A fault at every call that a command makes to the file system, one at a time.
+"""Test of commands in which one call to the file system fails, for each call of each command.
 
 ``python -m tests.faults [N=…] [SEED=…] [COMMAND …]`` counts the calls of a figure, a reconstruction and an archive,
 and lets the n-th ``open``, ``write``, ``rename``, ``fsync``, ``mkdir`` or ``unlink`` fail with ENOSPC, EIO or EINTR:
@@ -40,11 +40,11 @@ from walk3d.film.reconstruct.model_file import SHIPPED
 CALLS = ("open", "write", "rename", "fsync", "mkdir", "unlink")
 ERRORS = (errno.ENOSPC, errno.EIO, errno.EINTR)
 OURS, THEIRS = "old.csv", "notes.txt"
-"""A file of the old result, and one that a person put next to it."""
+"""Name of a file in the older result, and name of a file that the user put next to it."""
 
 
 class _Raw(io.FileIO):
-    """File whose writes are counted, and fail if their turn has come."""
+    """File that counts its write operations, and fails at the operation that the test has chosen."""
 
     def write(self, data: Any) -> int:
         _Faults.now.call("write", self.name)
@@ -52,7 +52,7 @@ class _Raw(io.FileIO):
 
 
 class _Faults:
-    """Counts of the calls on paths below a folder, and the call that fails."""
+    """Counter of file-system calls below a folder, with the one call that is to fail."""
 
     now: _Faults
 
@@ -60,7 +60,7 @@ class _Faults:
         self.root, self.fails, self.counts = root, (call, turn, error), Counter[str]()
 
     def call(self, name: str, path: Any) -> None:
-        """Count a call; raise the error if this one fails."""
+        """Count a file-system call, and raise the error if this call is to fail."""
         if isinstance(path, int):
             path = Path(f"/proc/self/fd/{path}").readlink()
         if not Path.cwd().joinpath(os.fsdecode(path)).is_relative_to(self.root):
@@ -72,7 +72,7 @@ class _Faults:
 
     @contextmanager
     def injected(self) -> Iterator[None]:
-        """Replace the functions through which Python reaches the file system."""
+        """Replace Python's file-system functions by functions that count their calls and fail once."""
         _Faults.now = self
         plain_open, plain = io.open, {name: getattr(os, name) for name in _SYSTEM}
 
@@ -110,12 +110,12 @@ class _Faults:
 
 _SYSTEM = {"open": "open", "rename": "rename", "replace": "rename", "fsync": "fsync", "mkdir": "mkdir",
            "unlink": "unlink", "remove": "unlink"}  # fmt: skip
-"""Functions of `os` that are counted, and the calls as which they count."""
+"""Functions of `os` that are counted, each with the kind of call under which it is counted."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """A command, its result and a folder in which the old result is.
+    """Command to test, with its result folder and a function that prepares an older result.
 
     Attributes
     ----------
@@ -135,7 +135,7 @@ class Case:
 
 
 def cases(folder: Path) -> list[Case]:
-    """Return the cases; `folder` gets what they begin with."""
+    """Return the commands to test; their inputs are written to `folder`."""
     whole = make_figure(folder / "whole")
     figure = whole / "synthetic" / "smoke" / FIGURE
     walk = folder / "walk"
@@ -161,7 +161,7 @@ def cases(folder: Path) -> list[Case]:
 
 
 def _film(to: Path) -> Callable[[Path], int]:
-    """Write keypoints of a simulated walk; return the command with the walk that was reconstructed once."""
+    """Write keypoints of a simulated walk, and return a command that uses a reconstruction computed in advance."""
     to.mkdir()
     alphapose(to / "walk.json", in_layout(clip(60.0), "coco17"))
     options = Input(path=str(to / "walk.json"), frame_rate_hz=30.0, width=1920, height=1080)
@@ -185,7 +185,7 @@ def _reconstruct(to: Path) -> int:
 
 
 def _old(result: Path, to: Path) -> None:
-    """Write an older result: with another file, and with one that a person put there."""
+    """Write an older result that contains a further file of the program and a file of the user."""
     shutil.copytree(result, to, dirs_exist_ok=True)
     (to / OURS).write_text("a\n1\n")
     facts = read_manifest(to)
@@ -195,7 +195,7 @@ def _old(result: Path, to: Path) -> None:
 
 
 def failures(case: Case, template: Path, arena: Path, fault: tuple[str, int, int]) -> list[str]:
-    """Run a command with one fault, and again without; return what is wrong."""
+    """Run a command with one failing call, run it again without a failure, and return the errors of both runs."""
     inside, log = arena / "inside", arena / "log"
     shutil.rmtree(inside, ignore_errors=True)
     shutil.copytree(template, inside, symlinks=True)
@@ -233,12 +233,12 @@ def failures(case: Case, template: Path, arena: Path, fault: tuple[str, int, int
 
 
 def _mine(result: Path) -> bool:
-    """Return whether a person's file is in the result, or in the older one that is still put aside."""
+    """Return whether the user's file is still in the result, or in the older result that was renamed."""
     return any(path.read_text() == "mine\n" for path in result.parent.glob(f"*{result.name}/{THEIRS}"))
 
 
 def calls_of(case: Case, template: Path, arena: Path) -> Counter[str]:
-    """Return the number of calls of each kind that a command makes without a fault."""
+    """Return the number of file-system calls of each kind in a run without failing calls."""
     shutil.rmtree(arena / "inside", ignore_errors=True)
     inside = Path(shutil.copytree(template, arena / "inside"))
 
@@ -255,7 +255,7 @@ def calls_of(case: Case, template: Path, arena: Path) -> Counter[str]:
 
 
 def inject(n: int, seed: int, folder: Path, names: list[str]) -> list[str]:
-    """Inject n faults into each case, all if n is 0; print the counts and return what is wrong."""
+    """Let `n` file-system calls of each command fail, one per run (all calls if `n` is 0); return the errors."""
     wrong = []
     for case in cases(folder):
         if names and case.name not in names:
@@ -289,7 +289,7 @@ def inject(n: int, seed: int, folder: Path, names: list[str]) -> list[str]:
 
 
 def main(arguments: list[str]) -> int:
-    """Inject the faults that the arguments ask for; return 1 if something is wrong."""
+    """Run the test with the given arguments; return 1 if a command behaved wrongly."""
     options = dict(item.split("=", 1) for item in arguments if "=" in item)
     with tempfile.TemporaryDirectory(prefix="faults-") as folder:
         names = [item for item in arguments if "=" not in item]

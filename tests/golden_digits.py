@@ -1,4 +1,4 @@
-"""Digits of the smoke tables that hold on any processor: the tables are made under other kernels and compared.
+"""Measurement of the digits in smoke-scale tables that are the same for all processors and BLAS kernels.
 
 python -m tests.golden_digits [FIGURE ...]
     Make the tables of all figures (or of those named) under every setting, one process to each, and renew their rows of
@@ -34,19 +34,19 @@ GOLDEN = Path(__file__).resolve().parent / "golden"
 DIGITS = GOLDEN / "digits.csv"
 
 LEAST = 1e-6
-"""Tolerance where nothing iterates, and the least anywhere."""
+"""Smallest relative tolerance, used for tables without iterative computations."""
 MARGIN = 10.0
-"""Factor from the measured difference to the tolerance, which is rounded up to a power of ten."""
+"""Ratio of the tolerance to the measured difference, before the tolerance is rounded up to a power of ten."""
 
 KERNELS = {"Prescott": "SSE3", "Nehalem": "SSE42", "Haswell": "AVX2", "Zen": "AVX2", "SkylakeX": "AVX512_SKX"}
-"""Kernels of OpenBLAS, each with the instructions that the processor must have."""
+"""Kernels of OpenBLAS, each with the processor instructions that it needs."""
 CHECKED = ("Prescott", "Haswell")
 
 VARIABLES = ("OPENBLAS_CORETYPE", "NPY_DISABLE_CPU_FEATURES", "NUMBA_CPU_NAME")
 
 
 def settings() -> dict[str, dict[str, str]]:
-    """Environment variables of every setting that this processor can run."""
+    """Return the environment variables of each numerical setting that this processor can run, by setting."""
     has = {name for name, start in simd.__cpu_features__.items() if start}
     result: dict[str, dict[str, str]] = {"default": {}}
     result |= {kernel: {"OPENBLAS_CORETYPE": kernel} for kernel, needs in KERNELS.items() if needs in has}
@@ -56,7 +56,7 @@ def settings() -> dict[str, dict[str, str]]:
 
 
 def make(figures: Sequence[str], environment: Mapping[str, str], results: Path, workers: int) -> Path:
-    """The folder with the smoke tables of these figures, made in a process of its own."""
+    """Compute the smoke-scale tables of the figures in a separate process, and return their folder."""
     command = [
         sys.executable, "-m", "pipeline", "figures", f"experiment={','.join(figures)}", "data=synthetic", "scale=smoke",
         f"results={results}", f"workers={workers}", "figure.picture=false", "figure.recording=false",
@@ -71,7 +71,7 @@ def make(figures: Sequence[str], environment: Mapping[str, str], results: Path, 
 def make_all(
     figures: Sequence[str], chosen: Mapping[str, Mapping[str, str]], results: Path, jobs: int
 ) -> dict[str, Path]:
-    """The folder of each setting."""
+    """Compute the tables under each numerical setting, and return the folders by setting."""
     with ThreadPoolExecutor(max_workers=jobs) as pool:
         running = {
             name: pool.submit(make, figures, environment, results / name, max(1, jobs // len(chosen)))
@@ -81,12 +81,12 @@ def make_all(
 
 
 def names_of(folder: Path) -> list[str]:
-    """The tables of a figure that must not depend on the processor."""
+    """Return the names of the tables of a figure that must not depend on the processor."""
     return sorted(path.stem for path in folder.glob("table*.csv") if path.stem != TIMING)
 
 
 def tolerance(difference: float) -> float:
-    """Return the tolerance of a table for its measured difference; no tolerance makes up for text that differs.
+    """Return the tolerance of a table for its measured difference. Differing text gets the smallest tolerance.
 
     Examples
     --------
@@ -99,12 +99,12 @@ def tolerance(difference: float) -> float:
 
 
 def read_tolerances() -> dict[tuple[str, str], float]:
-    """Tolerance by figure and table; `LEAST` holds for those that are not among them."""
+    """Return the tolerance of each figure and table; tables that are not listed have the tolerance `LEAST`."""
     return {(row["figure"], row["table"]): float(row["tolerance"]) for row in tables.read_rows(DIGITS)}
 
 
 def measure(figures: Sequence[str], folders: Mapping[str, Path]) -> list[dict[str, str]]:
-    """Rows of `DIGITS`: of each table the column that differs most from that of the first setting."""
+    """Return one row for each table, with the column that differs most between the numerical settings."""
     first, *others = folders
     rows = []
     for figure in figures:
@@ -129,7 +129,7 @@ def measure(figures: Sequence[str], folders: Mapping[str, Path]) -> list[dict[st
 
 
 def moved(figures: Sequence[str], folders: Mapping[str, Path]) -> list[str]:
-    """Return the differences of first tables from the golden ones, and of others from those of the first setting."""
+    """Return the tables that differ by more than their tolerance from the golden table, or between two settings."""
     described, tolerances = [], read_tolerances()
     first = next(iter(folders.values()))
     for setting, folder in folders.items():
@@ -148,7 +148,7 @@ def moved(figures: Sequence[str], folders: Mapping[str, Path]) -> list[str]:
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Exit status."""
+    """Run the check or the measurement that the arguments name, and return the exit status."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

@@ -1,4 +1,4 @@
-"""Our own files, damaged under checksums that are right, and read by the commands that use them.
+"""Test of commands that read the project's own files, after a file was damaged and its checksum was made to match.
 
 ``python -m tests.hostile N=5000 SEED=1 [TARGET …]`` damages N files and prints the counts by target and every failure.
 A run is a fork that an alarm ends.  It fails if it prints a traceback, hangs, or changes a file outside its folder.
@@ -33,11 +33,11 @@ from pipeline.storage.sealed_folders import MANIFEST, compact, digest
 from tests.formats.samples import Damage, json_tree, npz, text
 
 ALARM_S = 120
-"""Seconds after which a run counts as a hang; a run takes a few seconds on a busy machine."""
+"""Seconds after which a run counts as hanging; a normal run takes a few seconds even on a busy machine."""
 ACCEPTED, REJECTED, TRACEBACK, HANG, OUTSIDE = "accepted", "rejected", "traceback", "hang", "outside"
 FAILURES = (TRACEBACK, HANG, OUTSIDE)
 BOMB = gzip.compress(bytes(58_000_000))
-"""58 kB that unpack to 58 MB."""
+"""Compressed data of 58 kB that expand to 58 MB."""
 _CELLS = (
     "",
     "nan",
@@ -61,7 +61,7 @@ _CELLS = (
 
 @dataclass(frozen=True)
 class Target:
-    """Files of one kind, and the command that reads them.
+    """Kind of file to damage, with the command that reads it.
 
     Attributes
     ----------
@@ -82,7 +82,7 @@ class Target:
 
 @dataclass(frozen=True)
 class Result:
-    """Outcome of one run, its seed, and the last line that it printed."""
+    """Outcome of one run: its seed, the damage, and the last line that the command printed."""
 
     target: str
     seed: int
@@ -92,7 +92,7 @@ class Result:
 
 
 def table(original: bytes, rng: np.random.Generator) -> bytes:
-    """Another cell, name, row or column of a CSV file, or other bytes."""
+    """Return a CSV file with a changed cell, name, row or column, or with changed bytes."""
     if rng.random() < 0.3:
         return text(original, rng)
     rows = list(csv.reader(io.StringIO(original.decode())))
@@ -125,7 +125,7 @@ def manifest(original: bytes, rng: np.random.Generator) -> bytes:
 
 
 def arrays(original: bytes, rng: np.random.Generator) -> bytes:
-    """Another array, shape or type, or other bytes; members stay uncompressed if they were."""
+    """Return an NPZ file with a changed array, shape or type, or with changed bytes."""
     if len(original) < 100:  # no member
         return text(original, rng)
     with zipfile.ZipFile(io.BytesIO(original)) as before:
@@ -143,7 +143,7 @@ def arrays(original: bytes, rng: np.random.Generator) -> bytes:
 
 
 def video(original: bytes, rng: np.random.Generator) -> bytes:
-    """Bytes, mostly of the index of the film, or one of its sizes; or the end lost."""
+    """Return a film with changed bytes, mainly in its index, with a changed frame size, or with its end missing."""
     copy = bytearray(original)
     index = max(original.find(b"moov"), 0)
     for _ in range(int(rng.integers(1, 6))):
@@ -183,11 +183,11 @@ SPECIAL: dict[str, Callable[[Path], object]] = {
     "bomb": _as_bomb,
     "empty": Path.touch,
 }
-"""Other things under the name of a file; a link to the same file outside is made by `spoil`."""
+"""Objects that replace a file under the file's name, such as a folder; `spoil` also makes symbolic links."""
 
 
 def spoil(path: Path, outside: Path, seed: int) -> str:
-    """Damage a file and return the way."""
+    """Damage a file in a random way, and return the name of the damage."""
     rng = np.random.default_rng(seed)
     if rng.random() < 0.15:
         way = str(rng.choice([*SPECIAL, "link"]))
@@ -202,7 +202,7 @@ def spoil(path: Path, outside: Path, seed: int) -> str:
 
 
 def reseal(root: Path) -> None:
-    """Make every checksum below a folder right."""
+    """Recompute every checksum below a folder, so that it matches the damaged files."""
     nearest_last = sorted(root.rglob(MANIFEST), key=lambda path: -len(path.parts))
     for path in (each for each in nearest_last if each.parent != root):
         _reseal(path)
@@ -230,7 +230,7 @@ def _reseal(path: Path) -> None:
 
 
 def run(target: Target, template: Path, arena: Path, seed: int) -> Result:
-    """Damage one file of a copy of a template, run the command on the copy, and return the outcome."""
+    """Damage one file in a copy of a template folder, run the command on the copy, and return the outcome."""
     inside, outside, log = arena / "a" / "b" / "inside", arena / "outside", arena / "log"
     for folder in (inside, outside, arena / "a"):
         shutil.rmtree(folder, ignore_errors=True)
@@ -256,13 +256,13 @@ def run(target: Target, template: Path, arena: Path, seed: int) -> Result:
 
 
 def _state(arena: Path, inside: Path, log: Path) -> set[tuple[str, str]]:
-    """Return the paths around the folder of a run, with the digests of the files."""
+    """Return all paths outside the folder of a run, with the digests of the files."""
     paths = [path for path in arena.rglob("*") if path not in (inside, log) and inside not in path.parents]
     return {(str(path), digest(path.read_bytes()) if path.is_file() else "") for path in paths}
 
 
 def forked(command: Callable[[Path], int], inside: Path, arena: Path, log: Path) -> int:
-    """Return the wait status of a fork that runs a command with its output in a file."""
+    """Run a command in a forked process, with its output in a file, and return the wait status of the process."""
     sys.stdout.flush()
     sys.stderr.flush()
     with warnings.catch_warnings():
@@ -294,7 +294,7 @@ def forked(command: Callable[[Path], int], inside: Path, arena: Path, log: Path)
 
 
 def fuzz(targets: Iterable[Target], n: int, seed: int, folder: Path) -> list[Result]:
-    """Damage n files in all, spread evenly over the targets, and return the outcomes."""
+    """Damage `n` files in total, in equal numbers for each target, and return the outcomes."""
     results = []
     targets = list(targets)
     for number, target in enumerate(targets):
@@ -315,7 +315,7 @@ def fuzz(targets: Iterable[Target], n: int, seed: int, folder: Path) -> list[Res
 
 
 def main(arguments: list[str]) -> int:
-    """Run the mutations that the arguments ask for; return 1 if one failed."""
+    """Run the test with the given arguments; return 1 if a command behaved wrongly."""
     from tests.hostile_targets import targets
 
     options = dict(item.split("=", 1) for item in arguments if "=" in item)

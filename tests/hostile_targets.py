@@ -1,4 +1,4 @@
-"""Correct files of each kind that the package writes, with the commands that read them, for `tests.hostile`."""
+"""Undamaged files of each kind that the project writes, and the commands that read them, for `tests.hostile`."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ h_z\tz\tPOS\tHead\tm
 
 
 def targets(folder: Path) -> list[Target]:
-    """Return all targets; `folder` gets a figure and its artefacts, made once."""
+    """Return all targets of the damage test; a figure and its artefacts are computed once, in `folder`."""
     whole = make_figure(folder / "whole")
     figure = whole / "synthetic" / "smoke" / FIGURE
     of_commit(figure)
@@ -79,13 +79,13 @@ def targets(folder: Path) -> list[Target]:
 
 
 def make_figure(results: Path) -> Path:
-    """Make one figure in this process, so that forks have loaded what they need, and return its results."""
+    """Compute one figure in this process, so that forked processes have its modules; return the results folder."""
     assert program.main([*SMALL, f"results={results}"]) == 0
     return results
 
 
 def of_commit(figure: Path) -> None:
-    """Let the manifest of a figure say that a clean commit made it."""
+    """Change the manifest of a figure so that it names a commit without local changes."""
     facts = json.loads((figure / MANIFEST).read_text())
     facts["provenance"] |= {"commit": COMMIT, "dirty": False}
     (figure / MANIFEST).write_text(json.dumps(facts))
@@ -99,7 +99,7 @@ def command(*arguments: str | Path) -> int:
 
 
 def in_sentences(run: Callable[[], Any]) -> int:
-    """Run a part of a command under the rule of `main` for errors."""
+    """Run a function and print its error as `main` of the command line does; return the exit status."""
     try:
         run()
     except Exception as error:
@@ -111,7 +111,7 @@ def in_sentences(run: Callable[[], Any]) -> int:
 
 
 def kept_run(inside: Path) -> int:
-    """Archive the figure as a run with changed options, of a clean commit."""
+    """Archive the figure as a run with changed options, from a commit without local changes."""
     composing.built_figures = lambda: [FIGURE]
     facts = provenance.provenance() | {"commit": COMMIT, "dirty": False}
     commands.provenance.provenance = lambda: facts
@@ -119,7 +119,7 @@ def kept_run(inside: Path) -> int:
 
 
 def again(figure: Path, inside: Path) -> int:
-    """Verify an archive against a figure that seems computed again."""
+    """Verify an archive against a copy of the figure that is presented as recomputed."""
 
     def make(jobs: list[tuple[Any, Path]], **_: Any) -> list[str]:
         for experiment, to in jobs:
@@ -132,7 +132,7 @@ def again(figure: Path, inside: Path) -> int:
 
 
 def _archive(figure: Path, to: Path) -> None:
-    """Write an archive of one figure, as `archive light=1` lays it out."""
+    """Write an archive of one figure in the layout of `archive light=1`."""
     with publish(to, having="archive") as publication:
         inside = publication.folder
         (inside / FIGURE).mkdir()
@@ -178,7 +178,7 @@ def readme(inside: Path) -> int:
 
 
 def filmed(to: Path, *, model: bool = False) -> None:
-    """Write a film that is never decoded, since an earlier run has its keypoints; or keypoints and a model."""
+    """Write a dummy film with the keypoints of an earlier run, or keypoints with a model of walkers."""
     to.mkdir()
     names = keypoints.MEDIAPIPE
     heading = ",".join(f"{name}_{part}" for name in names for part in ("x", "y", "visibility"))
@@ -233,7 +233,7 @@ def video(to: Path) -> None:
 
 
 class _SameBody:
-    """Networks that see the same upright person in every picture."""
+    """Replacement for the detection networks, which finds the same upright person in every picture."""
 
     def __init__(self, _: Path) -> None:
         self.points = np.column_stack([np.full(33, 60.0), np.linspace(20.0, 110.0, 33), np.ones(33)])

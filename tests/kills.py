@@ -1,4 +1,4 @@
-"""Smoke sweeps that are killed again and again, and end with the tables of one that never was.
+"""Test of smoke-scale sweeps that are killed repeatedly: their tables must equal those of an uninterrupted sweep.
 
 ``python -m tests.kills [COUNT] [FIGURE,FIGURE …]``: makes figures once undisturbed, then kills sweeps, COUNT in all, by
 turns with Ctrl-C, SIGTERM and SIGKILL, each after another number of finished stages.  After each kill no process is
@@ -26,13 +26,13 @@ SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
 
 
 def finished(results: Path) -> Iterator[Path]:
-    """Yield the folders of artefacts and figures under their final names."""
+    """Yield the folders of finished artefacts and figures."""
     for pattern in ("cache/[!.]*", "*/smoke/[!.]*"):
         yield from (path for path in results.glob(pattern) if path.is_dir() and path.name != "damaged")
 
 
 def tables(results: Path) -> dict[str, bytes]:
-    """Return tables and arrays of all figures, without times."""
+    """Return tables and arrays of all figures as bytes, without tables of durations."""
     result = {}
     for path in results.glob("*/smoke/*/*"):
         name = path.relative_to(results).as_posix()
@@ -45,19 +45,19 @@ def tables(results: Path) -> dict[str, bytes]:
 
 
 def require_whole(results: Path) -> None:
-    """Require that every finished folder holds what its manifest lists."""
+    """Require that every finished folder contains all files that its manifest lists."""
     wrong = {path.name: described for path in finished(results) if (described := complaints_about(path))}
     assert not wrong, wrong
 
 
 def require_tidy(results: Path) -> None:
-    """Require that nothing temporary, no lock and nothing damaged is left."""
+    """Require that no temporary file, lock or damaged artefact remains."""
     assert not list(results.rglob(".*"))
     assert not (results / "cache" / "damaged").exists()
 
 
 def running(group: int) -> list[str]:
-    """Return the processes of a group that still run: zombies do not."""
+    """Return the running processes of a process group, without zombies."""
     result = []
     for path in Path("/proc").glob("[0-9]*/stat"):
         try:
@@ -71,7 +71,7 @@ def running(group: int) -> list[str]:
 
 
 def sweep(results: Path, figures: str, *, kill_after: int | None, number: int) -> bool:
-    """Make the figures; return whether it ended by itself before that many more stages were finished."""
+    """Compute the figures and kill the sweep after a number of stages; return whether it ended before the kill."""
     command = [sys.executable, "-m", "pipeline", "figures", "scale=smoke", f"results={results}", "workers=2"]
     command += [f"experiment={figures}"] if figures else []
     before = len(list(finished(results)))
@@ -101,7 +101,7 @@ def sweep(results: Path, figures: str, *, kill_after: int | None, number: int) -
 
 
 def main(count: int, figures: str) -> None:
-    """Kill sweeps `count` times and print what happened."""
+    """Kill sweeps `count` times, and print the numbers of kills and sweeps."""
     draw = np.random.default_rng(count)
     with tempfile.TemporaryDirectory(prefix="kills-") as folder:
         whole = Path(folder) / "whole"

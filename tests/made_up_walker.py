@@ -1,4 +1,4 @@
-"""A made-up average walker in the layouts of the files of the BioMotion Lab: no number is theirs.
+"""Made-up average walker in the file layouts of the BioMotion Lab; the numbers are not from the laboratory.
 
 python -m tests.made_up_walker
     Write ``tests/fixtures/js_made_up.js``, ``json_made_up.json`` and ``mm_made_up.mm`` again.
@@ -16,13 +16,13 @@ from walk3d.pointlight import synthetic_walker
 
 FIXTURES = Path(__file__).resolve().parent / "fixtures"
 WALKER = FIXTURES / "mm_made_up.mm"
-"""Walker of the figure zhang2007_author in tests, which name it as AVERAGE_WALKER."""
+"""File with the walker that the tests pass to zhang2007_author in the variable AVERAGE_WALKER."""
 PERIOD, SPEED = 118.5, 11.0
-"""Frames of 120 Hz, and mm a frame."""
+"""Gait period, frames at 120 Hz, and walking speed, mm per frame."""
 
 
 def blocks(gender: float, period: float, size: float, speed: float) -> np.ndarray:
-    """Blocks (5, 46) of a synthetic walker, a quarter of a stride later: x forwards, y to the left."""
+    """Return coefficients (5, 46) of a synthetic walker, a quarter stride later, with x forwards and y to the left."""
     p0, p1, q1, p2, q2 = synthetic_walker(gender)[0]
     later = np.stack([p0, -q1, p1, -p2, -q2])
     by_axis = np.stack([later[..., 1], -later[..., 0], later[..., 2]], axis=1).reshape(5, -1)
@@ -31,7 +31,7 @@ def blocks(gender: float, period: float, size: float, speed: float) -> np.ndarra
 
 
 def walker() -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """The mean (5, 46) and the axes: of gender as of synthetic people, of the others parts of it."""
+    """Return the mean walker (5, 46) and the axes of variation, all multiples of the difference between the sexes."""
     mean = blocks(0.5, PERIOD, 1.0, SPEED)
     difference = (blocks(1.5, PERIOD + 1.0, 1.0, SPEED + 0.5) - mean).round(4)
     shares = np.array([1.0, 0.5, -0.25, 0.2])
@@ -41,7 +41,7 @@ def walker() -> tuple[np.ndarray, dict[str, np.ndarray]]:
 
 
 def javascript() -> str:
-    """The arrays as they stand in BMWalker.js: a number to a line, among others that are not a person's."""
+    """Return the arrays as JavaScript in the layout of BMWalker.js, with one number per line."""
     mean, axes = walker()
 
     def array(name: str, values: np.ndarray) -> str:
@@ -60,7 +60,7 @@ def javascript() -> str:
 
 
 def as_json() -> str:
-    """The arrays as JSON."""
+    """Return the arrays as JSON text."""
     mean, axes = walker()
     content = {
         "source": "made up",
@@ -71,7 +71,7 @@ def as_json() -> str:
 
 
 def as_mm() -> str:
-    """The mean as an mm file: mean, cosine 1, sine 1, cosine 2, sine 2."""
+    """Return the mean walker as an mm file, with the columns mean, cosine 1, sine 1, cosine 2 and sine 2."""
     mean, _ = walker()
     rows = mean[[0, 2, 1, 4, 3]].T
     rows[-1] = mean[:, -1]
@@ -79,7 +79,7 @@ def as_mm() -> str:
 
 
 MADE = {"js_made_up.js": javascript, "json_made_up.json": as_json, "mm_made_up.mm": as_mm}
-"""Text of each fixture."""
+"""Functions that return the text of each fixture, by file name."""
 
 if __name__ == "__main__":
     for name, text in MADE.items():

@@ -1,4 +1,4 @@
-"""Generated defects, one at a time in a copy of the tree: which of them do the tests notice?
+"""Mutation testing: insert one generated defect at a time into a copy of the project, and record which tests fail.
 
 python -m tests.mutants SEED N [only=core,formats] [jobs=2] [seconds=45] [again]
     Draw N functions of both packages by the seed, and change one operator, number or argument of each.  Run the
@@ -36,7 +36,7 @@ from tests.nearest_tests import NearestTests
 
 MAX_FILES, MAX_SECONDS, MIN_NOTICED = 12, 45, 0.2
 SPENT, ELSEWHERE = 80, 81
-"""Exit status of pytest when the time is spent, and when a package is imported from elsewhere."""
+"""Exit statuses of pytest for an exceeded time limit, and for a package that is not imported from the copy."""
 MAX_WAIT_S = 600
 CHOSEN, LAST_STARTED = ".mutants_chosen", ".mutants_last_started"
 COLUMNS = ("package", "file", "line", "function", "operator", "before", "after", "noticed_by", "seconds")
@@ -59,13 +59,13 @@ def pytest_configure() -> None:
 
 @pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put the tests in the order in which they were chosen."""
+    """Sort the tests into the order in which they were chosen."""
     rank = {name: n for n, name in enumerate(Path(CHOSEN).read_text(encoding="utf-8").splitlines())}
     items.sort(key=lambda item: rank.get(item.nodeid.partition("[")[0], -1))
 
 
 def pytest_runtest_logstart(nodeid: str) -> None:
-    """Stop when the time is spent; otherwise record the test that starts."""
+    """Stop pytest if the time limit is exceeded; otherwise record the test that starts."""
     if sum(os.times()[:4]) > float(os.environ["MUTANTS_SECONDS"]):
         pytest.exit("the time is spent", returncode=SPENT)
     Path(LAST_STARTED).write_text(nodeid, encoding="utf-8")
@@ -76,7 +76,7 @@ def pytest_runtest_logstart(nodeid: str) -> None:
 
 
 def copy_tree(tree: Path) -> Path:
-    """Return a copy of the files that git keeps, and of the loops that numba compiled."""
+    """Copy the files that git tracks and the compiled numba loops to `tree`, and return `tree`."""
     listed = subprocess.run(
         ["git", "ls-files", "-co", "--exclude-standard"], cwd=ROOT, check=True, capture_output=True, text=True
     ).stdout.splitlines()
@@ -89,7 +89,7 @@ def copy_tree(tree: Path) -> Path:
 
 
 def first_failure(tree: Path, chosen: Sequence[str], *, seconds: int = MAX_SECONDS) -> str:
-    """Return the first test that fails in a copy of the tree, empty if none does."""
+    """Return the first test that fails in a copy of the project, or an empty string if no test fails."""
     (tree / CHOSEN).write_text("\n".join(chosen), encoding="utf-8")
     (tree / LAST_STARTED).write_text(IMPORT, encoding="utf-8")
     limit = max(3 * MAX_SECONDS, 3 * seconds)
@@ -110,7 +110,7 @@ def first_failure(tree: Path, chosen: Sequence[str], *, seconds: int = MAX_SECON
 
 
 def plant(tree: Path, mutant: Mutant, number: int, chosen: Sequence[str], seconds: int) -> str:
-    """Return the first test that notices a mutant, and take the mutant out again."""
+    """Insert a defect into a copy of the project, return the first test that detects it, and remove the defect."""
     path = tree / mutant.file
     whole, before = path.read_text(encoding="utf-8"), path.stat()
     try:
@@ -124,18 +124,18 @@ def plant(tree: Path, mutant: Mutant, number: int, chosen: Sequence[str], second
 
 
 def row_of(mutant: Mutant) -> dict[str, str]:
-    """Return the columns that describe a mutant."""
+    """Return the table columns that describe a mutant."""
     values = package_of(mutant.file), mutant.file, str(mutant.start[0]), *mutant[1:3], *mutant[5:]
     return dict(zip(COLUMNS, values, strict=False))
 
 
 def key(row: dict[str, str]) -> tuple[str, ...]:
-    """Return what stays equal when lines above a mutant change."""
+    """Return the columns that identify a mutant, even if lines above it change."""
     return row["function"], row["operator"], row["before"], row["after"]
 
 
 def read(path: Path) -> dict[tuple[str, ...], dict[str, str]]:
-    """Return the rows of earlier runs."""
+    """Return the rows of earlier runs by the key of the mutant."""
     if not path.exists():
         return {}
     with path.open(newline="", encoding="utf-8") as stream:
@@ -143,7 +143,7 @@ def read(path: Path) -> dict[tuple[str, ...], dict[str, str]]:
 
 
 def write(path: Path, rows: Iterable[dict[str, str]]) -> None:
-    """Replace the file of results."""
+    """Replace the table of results by the given rows."""
     part = path.with_suffix(".part")
     with part.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.DictWriter(stream, COLUMNS, lineterminator="\n")
@@ -153,7 +153,7 @@ def write(path: Path, rows: Iterable[dict[str, str]]) -> None:
 
 
 def summary(rows: Sequence[dict[str, str]]) -> str:
-    """Return a table by package: mutants, noticed, share; and the survivors."""
+    """Return a text with the number and percentage of detected mutants of each package, and the undetected ones."""
     drawn = Counter(row["package"] for row in rows)
     noticed = Counter(row["package"] for row in rows if row["noticed_by"])
     lines = [
@@ -169,7 +169,7 @@ def summary(rows: Sequence[dict[str, str]]) -> str:
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Draw mutants, plant those without a result, and print a table by package."""
+    """Test randomly chosen mutants that have no result yet, and print the detected share of each package."""
     seed, count, *others = arguments
     options = dict(word.partition("=")[::2] for word in others)
     only = options["only"].split(",") if "only" in options else PACKAGES
@@ -184,7 +184,7 @@ def main(arguments: Sequence[str]) -> int:
     tests, trees = NearestTests(), Queue[Path]()
 
     def result(number: int) -> dict[str, str]:
-        """Plant one mutant in a tree that no other job uses."""
+        """Test one mutant in a copy of the project that no other process uses."""
         mutant, tree, start = mutants[waiting[number]], trees.get(), time.monotonic()
         try:
             nearest = tests.nearest(mutant.function, files=MAX_FILES)

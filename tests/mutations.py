@@ -1,4 +1,4 @@
-"""Small defects of functions, generated from syntax trees.
+"""Generator of small defects in functions, such as changed signs, for mutation testing.
 
 Text is never changed: no docstring, message, annotation or f-string.
 """
@@ -27,7 +27,7 @@ NOT_EXCHANGED = {
     "minimum",
     "multiply",
 }
-"""Calls whose exchanged arguments change nothing, or fail at once."""
+"""Functions whose arguments are not exchanged, because the order does not matter or an error is certain."""
 COMPARISONS = {
     ast.Lt: ("<=", ">"), ast.LtE: ("<", ">="), ast.Gt: (">=", "<"), ast.GtE: (">", "<="), ast.Eq: ("!=",),
     ast.NotEq: ("==",), ast.Is: ("is not",), ast.IsNot: ("is",), ast.In: ("not in",), ast.NotIn: ("in",),
@@ -35,11 +35,11 @@ COMPARISONS = {
 AXES = {"0": "1", "1": "0", "2": "1", "-1": "0", "-2": "-1"}
 SIDES = {"left": "right", "right": "left"}
 Change = tuple[str, ast.AST, str]
-"""Operator, node that is replaced, new text."""
+"""Name of the operator, syntax-tree node to replace, and new source text."""
 
 
 class Mutant(NamedTuple):
-    """A defect: `after` replaces `before` between two positions (line, byte) of the file."""
+    """Small defect in a source file: `after` replaces `before` between two positions (line, byte)."""
 
     file: str
     function: str
@@ -50,7 +50,7 @@ class Mutant(NamedTuple):
     after: str
 
     def apply(self, source: str) -> str:
-        """Return the source with the defect."""
+        """Return the source text with the defect inserted."""
         lines = source.encode().splitlines(keepends=True)
         (first, start), (last, end) = self.start, self.end
         lines[first - 1 : last] = [lines[first - 1][:start] + self.after.encode() + lines[last - 1][end:]]
@@ -58,7 +58,7 @@ class Mutant(NamedTuple):
 
 
 def is_text(node: ast.AST) -> bool:
-    """Return whether a syntax tree only makes text for people, or is an assertion."""
+    """Return whether a syntax-tree node only produces a text for users, or is an assertion."""
     match node:
         case ast.Raise() | ast.Assert() | ast.JoinedStr() | ast.Expr(ast.Constant()):
             return True
@@ -72,7 +72,7 @@ def is_text(node: ast.AST) -> bool:
 
 
 def parts(node: ast.AST) -> Iterator[ast.AST]:
-    """Yield the nodes of a function that compute something."""
+    """Yield the syntax-tree nodes of a function, without texts for users and assertions."""
     for field, value in ast.iter_fields(node):
         for child in value if isinstance(value, list) else [value]:
             ignored = field in ("annotation", "returns", "decorator_list") or not isinstance(child, ast.AST)
@@ -82,12 +82,12 @@ def parts(node: ast.AST) -> Iterator[ast.AST]:
 
 
 def exchanged(name: str) -> str:
-    """Return a name with left for right."""
+    """Return a name in which the words ``left`` and ``right`` are exchanged."""
     return "_".join(SIDES.get(word, word) for word in name.split("_"))
 
 
 def changes(node: ast.AST) -> Iterator[Change]:
-    """Yield the changes of one node."""
+    """Yield the defects that can be made at one syntax-tree node."""
     text = ast.unparse
     match node:
         case ast.BinOp(left, operator, right):
@@ -152,7 +152,7 @@ def changes(node: ast.AST) -> Iterator[Change]:
 
 
 def package_of(file: str) -> str:
-    """Return the first two folders of a file, or the file in the first."""
+    """Return the first two parts of a file's path, such as ``pipeline/core``."""
     return "/".join(file.removesuffix(".py").split("/")[:2])
 
 
@@ -166,7 +166,7 @@ def functions(tree: ast.AST, prefix: str) -> Iterator[tuple[str, ast.FunctionDef
 
 
 def mutants_of(file: str, source: str) -> Iterator[list[Mutant]]:
-    """Yield all mutants of each function of a file that has any."""
+    """Yield the list of mutants of each function of a file, without functions that have no mutant."""
     module = file.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
     for function, tree in functions(ast.parse(source), module):
         mutants = []
@@ -179,7 +179,7 @@ def mutants_of(file: str, source: str) -> Iterator[list[Mutant]]:
 
 
 def draw(seed: str) -> Iterator[Mutant]:
-    """Yield a mutant of each function in random order; the first N have each package by its share of functions."""
+    """Yield one mutant of each function in random order, with each package in proportion to its number of functions."""
     packages: defaultdict[str, list[list[Mutant]]] = defaultdict(list)
     for package in PACKAGES:
         for path in sorted((ROOT / package).rglob("*.py")):

@@ -1,4 +1,4 @@
-"""Tests that can notice a defect in a function, nearest first, from the names in sources and tests.
+"""Choice of the tests that may detect a defect in a function, ordered by their distance in the call graph.
 
 The distance from a test to a function is the number of names on the shortest way through the graph of calls and
 fixtures.  A method that is called through an unknown object is two names away.  Tests that mention the function, or
@@ -18,18 +18,18 @@ from tests.call_graph import CallGraph, _references
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGES = ("pipeline", "walk3d")
 NOT_LINKED = 20.0
-"""Distance of a test that no names link to the function."""
+"""Distance of a test that is not connected to the function in the call graph."""
 WHOLE_FIGURES = ("smoke_results", "synthetic_tables")
-"""Fixtures that compute all figures: tests that need them take minutes and are not chosen."""
+"""Fixtures that compute all figures. Tests that use them take minutes and are not chosen."""
 NOT_CHOSEN = re.compile(
     r"golden|test_every_preset|cluster|thorough|"
     r"\.test_(architecture|article|distribution|documentation|pages|plain_english|small_base|tutorial)\."
 )
-"""Tests of golden tables, of the structure of the repository, and those that `make test` leaves out."""
+"""Tests that are not chosen: of golden tables, of the repository's structure, and those outside `make test`."""
 
 
 class NearestTests:
-    """All tests, and the ways from them to the functions of both packages."""
+    """All tests, with their distances in the call graph from the functions of both packages."""
 
     def __init__(self) -> None:
         self.graph = CallGraph(*(ROOT / name for name in (*PACKAGES, "tests")))
@@ -66,7 +66,7 @@ class NearestTests:
             self.tests[name] = (f"{path}::{node.name}", ast.unparse(node))
 
     def distances(self, function: str) -> dict[str, float]:
-        """Number of names from each caller to the function."""
+        """Return the distance in the call graph from each caller to the function, by caller."""
         waiting, result = [(0.0, function)], dict[str, float]()
         while waiting:
             distance, name = heapq.heappop(waiting)
@@ -77,7 +77,7 @@ class NearestTests:
         return result
 
     def nearest(self, function: str, *, files: int) -> list[str]:
-        """Node identifiers of the doctests of the module and the tests of at most so many files, nearest first."""
+        """Return the module's doctests and the nearest tests in at most `files` files, nearest first."""
         distances = self.distances(function)
         module = function
         while module not in self.graph.modules:

@@ -1,4 +1,4 @@
-"""Recordings of synthetic people as files: joints that are the pipeline's own, and tables that list files."""
+"""Recordings of synthetic people as files with the pipeline's own joints, and tables that list such files."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from pipeline.skeleton import WALKER15
 from pipeline.skeleton.source_mapping import SourceMapping
 
 OWN_JOINTS = SourceMapping(name="walker15", up="z", joints={j: {j: 1.0} for j in WALKER15.joints})
-"""Mapping of files whose points are the joints."""
+"""Mapping for files whose points are the pipeline's own joints."""
 
 
 def write_table(path: Path, contents: Mapping[str, bytes]) -> Path:
-    """List files by their content: walks of the source ``here``, or skeletons; each is a subject of its own."""
+    """Write a table of sources that lists the given files as walks or skeletons, each file with its own subject."""
     rows = ["path,source,subject,trial,action,frame_rate_hz,skeleton,bytes,sha256,address,origin"]
     for name, content in contents.items():
         action = "skeleton" if name.endswith(".asf") else "walk"

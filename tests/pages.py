@@ -1,4 +1,4 @@
-"""The README and the pages of the documentation, as text and by their blocks of code."""
+"""Texts and code blocks of the README and of the documentation pages."""
 
 from __future__ import annotations
 
@@ -14,6 +14,6 @@ PAGES = {
 
 
 def blocks(page: str, language: str) -> list[str]:
-    """Blocks of code of a page in a language; empty for those without one: commands."""
+    """Return the code blocks of a page in one language; blocks without a language contain commands."""
     result = re.findall(r"^```(\w*)\n(.*?)^```", PAGES[page], re.DOTALL | re.MULTILINE)
     return [code for name, code in result if name == language]

@@ -24,37 +24,37 @@ RARE_WORDS = re.compile(
     r"each its own|has none|if there is none|to be had|is refused|are refused)\b",
     re.IGNORECASE,
 )
-"""Words and phrases that readers from outside have to read twice."""
+"""Words and phrases that are hard to understand for readers outside the project."""
 
 FIRST_WORDS = re.compile(r"(Of|As|What|Whether|How|Who|Whom|Where|So)\b")
-"""First words that a docstring does not begin with: it begins with a noun or a verb."""
+"""Words that must not begin a docstring, because a docstring begins with a noun or a verb."""
 
 VAGUE_NAMES = frozenset({
     "found", "made", "given", "known", "of", "own", "one", "there", "here", "beside", "kept", "held", "wanted", "said",
     "told", "heard", "taken", "asked", "shown", "tried", "seen", "apart", "place",
 })  # fmt: skip
-"""Names without a noun."""
+"""Names of variables or functions that contain no noun."""
 
 MAX_WORDS = 30
-"""Words of a sentence in the documentation, and in the first paragraph of a docstring."""
+"""Largest number of words of a sentence in the documentation, and in the first paragraph of a docstring."""
 
 MAX_MESSAGE = 300
-"""Characters of a message, with `PLACEHOLDER` for each value in it."""
+"""Largest number of characters of a message, where `PLACEHOLDER` stands for each value."""
 
 PLACEHOLDER = "x" * 10
 MESSAGES = frozenset({"InvalidInput", "damaged", "Remark", "Complaint", "tell", "SystemExit"})
-"""Functions and classes whose texts people read in the terminal."""
+"""Functions and classes whose text arguments are shown to users in the terminal."""
 
 EXCEPTIONS = {
     "tests/plain_english.py": "it contains the word list",
     "tests/test_plain_english.py": "its examples break the rules on purpose",
 }
-"""Files that are not judged, with the reason."""
+"""Files that are not checked, each with the reason."""
 
 
 @dataclass(frozen=True)
 class Violation:
-    """Rule that a passage breaks.
+    """Passage that breaks a rule of plain English.
 
     Attributes
     ----------
@@ -77,7 +77,7 @@ RULES = ("words", "names", "first_words", "sentences", "brackets", "messages")
 
 
 def paragraphs(markdown: str) -> Iterator[tuple[int, str]]:
-    """Yield line number and prose of each paragraph and list item, without code, tables, comments and headings."""
+    """Yield line number and text of each paragraph and list item, without code, tables, comments and headings."""
     text = re.sub(
         r"^```.*?^```", lambda match: "\n" * match[0].count("\n"), markdown, flags=re.DOTALL | re.MULTILINE
     )
@@ -96,19 +96,19 @@ def paragraphs(markdown: str) -> Iterator[tuple[int, str]]:
 
 
 def sentences(prose: str) -> list[str]:
-    """Return the sentences of a paragraph; code in it counts as one word, and a link as its text."""
+    """Return the sentences of a paragraph, with inline code replaced by one word and links by their text."""
     plain = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", re.sub(r"`[^`]*`", "code", prose))
     plain = re.sub(r"\b(e\.g|i\.e|et al|cf|vs)\.", r"\1", plain.replace("*", ""))
     return [part for part in re.split(r"(?<=[.!?])[)\"”]?\s+(?=[A-Z0-9(\"“]|code)", plain) if part.strip()]
 
 
 def length(sentence: str) -> int:
-    """Return the number of words of a sentence; numbers and signs do not count."""
+    """Return the number of words of a sentence, without numbers and signs."""
     return len(re.findall(r"[^\W\d_][\w'’.-]*", sentence))
 
 
 def judge_page(path: Path) -> list[Violation]:
-    """Return the violations of a page in Markdown."""
+    """Return the passages of a Markdown page that break a rule."""
     name = path.relative_to(ROOT).as_posix()
     markdown = path.read_text(encoding="utf-8")
     broken: list[Violation] = []
@@ -127,7 +127,7 @@ def judge_page(path: Path) -> list[Violation]:
 
 
 def docstrings(tree: ast.Module) -> Iterator[tuple[int, str]]:
-    """Yield line and text of the docstrings of modules, classes, functions, constants and fields."""
+    """Yield line number and text of the docstrings of modules, classes, functions, constants and fields."""
     for node in ast.walk(tree):
         body = getattr(node, "body", None)
         if not isinstance(body, list):
@@ -145,7 +145,7 @@ def docstrings(tree: ast.Module) -> Iterator[tuple[int, str]]:
 
 
 def message_length(call: ast.Call) -> int:
-    """Return the characters of the texts in a call, with a placeholder for each value."""
+    """Return the number of characters of the texts in a call, with a placeholder for each value."""
     arguments = [
         *call.args,
         *(keyword.value for keyword in call.keywords if keyword.arg in ("expected", "received")),
@@ -166,7 +166,7 @@ def _length(node: ast.expr) -> int:
 
 
 def judge_source(path: Path) -> list[Violation]:
-    """Return the violations of a Python file."""
+    """Return the passages of a Python file that break a rule."""
     name = path.relative_to(ROOT).as_posix()
     text = path.read_text(encoding="utf-8")
     tree = ast.parse(text)
@@ -198,7 +198,7 @@ def judge_source(path: Path) -> list[Violation]:
 
 
 def package(path: Path) -> str:
-    """Return the package of a file: ``pipeline/cli``, ``tests``, ``docs`` or the name of a single page."""
+    """Return the package under which a file is counted: ``pipeline/cli``, ``tests``, ``docs`` or the name of a page."""
     parts = path.relative_to(ROOT).parts
     if parts[0] in ("pipeline", "walk3d") and len(parts) > 2:
         return "/".join(parts[:2])
@@ -206,7 +206,7 @@ def package(path: Path) -> str:
 
 
 def files() -> list[Path]:
-    """Return the sources and pages that are judged."""
+    """Return the source files and pages that are checked."""
     folders = ("pipeline", "walk3d", "gait_pipeline", "tests", "docs")
     sources = [path for folder in folders for path in (ROOT / folder).rglob("*.py")]
     pages = [
@@ -225,7 +225,7 @@ def files() -> list[Path]:
 
 @cache
 def violations() -> dict[str, list[Violation]]:
-    """Return the violations of each package."""
+    """Return the passages that break a rule, by package."""
     broken: dict[str, list[Violation]] = {}
     for path in files():
         judge = judge_page if path.suffix == ".md" else judge_source
@@ -249,7 +249,7 @@ def allowances() -> dict[tuple[str, str], int]:
 
 
 def lower() -> None:
-    """Lower the allowances to the present counts."""
+    """Lower the allowances to the present numbers of violations."""
     present, allowed = counts(), allowances()
     lowered = {key: min(number, present.get(key, 0)) for key, number in allowed.items()}
     with ALLOWANCES.open("w", encoding="utf-8", newline="") as table:

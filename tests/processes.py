@@ -1,4 +1,4 @@
-"""Processes that tests start: waited for generously, never left behind, never with a file left open."""
+"""Processes that tests start: each has a generous time limit, and is killed with its pipes closed at the end."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from pipeline.storage.sealed_folders import complaints_about
 
 ROOT = Path(__file__).resolve().parent.parent
 WAIT_S = 3600.0
-"""Seconds that a test waits for a process that should end: many times the need of a busy machine."""
+"""Seconds that a test waits for a process, many times the duration on a busy machine."""
 
 
 def copy_tree(source: Path, copy: Path, *left_out: str) -> None:
-    """Copy a folder with what Python and numba have compiled of it, but for what is being written just then."""
+    """Copy a folder including files compiled by Python and numba, except temporary files that are being written."""
     shutil.copytree(
         source, copy, ignore=shutil.ignore_patterns("*.pyc.*", "*.tmp.*", "compiling.lock", *left_out)
     )
@@ -32,7 +32,7 @@ def copy_tree(source: Path, copy: Path, *left_out: str) -> None:
 def started(
     command: Sequence[str], *, environment: Mapping[str, str] | None = None, cwd: Path = ROOT
 ) -> Iterator[subprocess.Popen[str]]:
-    """A process that can import the project; it and what it started are gone afterwards, and its pipes closed."""
+    """Start a process that can import the project; at the end, kill it with its children and close its pipes."""
     with subprocess.Popen(
         list(command),
         cwd=cwd,
@@ -53,7 +53,7 @@ def started(
 
 
 class Forked:
-    """A fork of this process in a session of its own, with what it writes to its standard streams.
+    """Fork of this process in a separate session, with pipes from its standard output and standard error.
 
     It is a program that has imported everything: to start Python and import anew would take longer than most runs.
     """
@@ -94,7 +94,7 @@ class Forked:
         os.kill(self.pid, number)
 
     def communicate(self) -> tuple[str, str]:
-        """Return its remaining output, when it and all that it started have ended; its status is then known."""
+        """Wait for the end of the process and its children; return the remaining output and record the exit status."""
         patience = threading.Timer(WAIT_S, os.killpg, (self.pid, signal.SIGKILL))
         patience.start()
         message = self.stdout.read(), self.stderr.read()  # little enough for the pipe of the second
@@ -105,7 +105,7 @@ class Forked:
 
 @contextmanager
 def forked(main: Callable[[], int]) -> Iterator[Forked]:
-    """A fork that runs `main` and ends with what it returns; it and what it started are gone afterwards."""
+    """Fork a process that runs `main`; at the end, kill it with its children."""
     process = Forked(main)
     try:
         yield process
@@ -121,17 +121,17 @@ def forked(main: Callable[[], int]) -> Iterator[Forked]:
 def finished(
     command: Sequence[str], *, environment: Mapping[str, str] | None = None, cwd: Path = ROOT
 ) -> subprocess.CompletedProcess[str]:
-    """Run a process; return its output and its exit status."""
+    """Run a process to its end; return its output and its exit status."""
     with started(command, environment=environment, cwd=cwd) as process:
         out, err = process.communicate(timeout=WAIT_S)
         return subprocess.CompletedProcess(list(command), process.returncode, out, err)
 
 
 def python(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
-    """Run ``python ARGUMENTS``; return its output and its exit status."""
+    """Run ``python ARGUMENTS``; return the output and the exit status."""
     return finished([sys.executable, *arguments], environment=environment)
 
 
 def is_complete(folder: Path) -> bool:
-    """Return whether a folder has a sealed manifest and every file of it at the right size."""
+    """Return whether a folder has a sealed manifest, and every listed file with the listed size."""
     return not complaints_about(folder, hashes=False)

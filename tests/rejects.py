@@ -1,4 +1,4 @@
-"""Rejections that tests expect, by code and values: the sentence may be written anew."""
+"""Assertions that an input is rejected with a given code and given values, whatever the wording of the message."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ PYTHON = re.compile(
     r"subscriptable|codec can't|out of bounds|not iterable|invalid literal|could not convert|unsupported operand|"
     r"index out of range|positional argument|object is not|<class |__\w+__"
 )
-"""Words of Python, which no message to a user contains."""
+"""Terms of Python that no message to a user may contain."""
 
 
 @contextmanager
 def rejects(code: str, where: str = "", **values: Any) -> Iterator[pytest.ExceptionInfo[InvalidInput]]:
-    """Require an InvalidInput with this code, text in `where` and these of its values."""
+    """Assert that an `InvalidInput` is raised with this code, these values, and a location that contains this text."""
     with pytest.raises(InvalidInput) as caught:
         yield caught
     assert (caught.value.code, values) == (
@@ -35,7 +35,7 @@ def rejects(code: str, where: str = "", **values: Any) -> Iterator[pytest.Except
 
 @contextmanager
 def rejects_options(code: str, where: str, *shown: str) -> Iterator[pytest.ExceptionInfo[Exception]]:
-    """Require an error of the options, ours or of a library, that has this code and place and shows these names."""
+    """Assert that wrong options are rejected with this code and location, and that the message contains these names."""
     with pytest.raises(Exception) as caught:  # Hydra's, OmegaConf's or ours
         yield caught
     error = caught.value if isinstance(caught.value, InvalidInput) else in_words(caught.value)

@@ -1,4 +1,4 @@
-"""Strategies of the property tests: hypothesis picks seeds, sizes and a style, numpy the numbers.
+"""Hypothesis strategies for property tests; hypothesis chooses seeds, sizes and a style, numpy draws the numbers.
 
 Styles: *generic* numbers in general position; *tied*, the same walkers or equal spreads again; *degenerate*,
 joints that stand still, coordinates that are zero, fewer directions of variation than walkers.
@@ -27,17 +27,17 @@ _STANDING_MM = {
     "knee": (95, 20, -420),
     "ankle": (90, -30, -830),
 }
-"""Right side of a person who faces +y, about the pelvis."""
+"""Positions, mm, of the right-side joints of a standing person who faces +y, relative to the pelvis."""
 
 _SWING_MM = {"wrist": -170, "elbow": -80, "shoulder": -15, "hip": 12, "knee": 130, "ankle": 260}
-"""Fore and aft excursion of the fundamental, in the phase of the same side's leg."""
+"""Amplitude, mm, of the fundamental along the walking direction for each joint, in phase with the leg of that side."""
 
 seeds = st.integers(min_value=0, max_value=2**32 - 1)
 angles = st.floats(min_value=-np.pi, max_value=np.pi, allow_nan=False)
 
 
 def walker(generator: np.random.Generator, *, individual: float = 1.0) -> np.ndarray:
-    """Fourier representation (5, 15, 3) in mm of a person who walks along +y, at phase zero.
+    """Return the Fourier representation (5, 15, 3), mm, of a random person who walks along +y, at phase zero.
 
     `individual` scales how far the walker is from the one that all have in common.
     """
@@ -62,7 +62,7 @@ def walker(generator: np.random.Generator, *, individual: float = 1.0) -> np.nda
 
 
 def walkers(generator: np.random.Generator, count: int, style: str = "generic") -> np.ndarray:
-    """Fourier representations (R, 5, 15, 3) in mm of a population of the given style."""
+    """Return Fourier representations (R, 5, 15, 3), mm, of a population of the given style."""
     people = np.stack([walker(generator) for _ in range(count)])
     if style == "tied":
         people[count // 2 :] = people[: count - count // 2]
@@ -78,7 +78,7 @@ def walkers(generator: np.random.Generator, count: int, style: str = "generic") 
 
 @dataclass(frozen=True)
 class Fold:
-    """A model, and a walker who is not part of it."""
+    """Linear model of walkers, and the data of a walker who is not in its training set."""
 
     model: LinearModel
     sample: np.ndarray
@@ -91,7 +91,7 @@ class Fold:
 
 @st.composite
 def folds(draw: st.DrawFn, *, styles: tuple[str, ...] = STYLES, trailing: int | None = None) -> Fold:
-    """A model of 225 or 226 numbers learnt from 3 to 40 walkers, and another person of the same population."""
+    """Draw a linear model of 3 to 40 walkers with 225 or 226 dimensions, and another walker of the same population."""
     seed, count, style = (
         draw(seeds),
         draw(st.integers(min_value=3, max_value=40)),

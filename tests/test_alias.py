@@ -1,4 +1,4 @@
-"""`gait_pipeline`, the package under another name, and the types that a user's own program is checked against."""
+"""Tests of the package name `gait_pipeline`, and of the type annotations that a user's program is checked against."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ read("a.c3d").frame_rate
 
 @pytest.mark.thorough
 def test_users_programs_are_checked_against_our_types(tmp_path: Path) -> None:
-    """``mypy --strict`` says nothing of the package's own sources and of a program that is right."""
+    """``mypy --strict`` reports no error in the package or in a correct user program."""
     pytest.importorskip("mypy")
     for name, code in (("right", RIGHT), ("wrong", WRONG)):
         (tmp_path / f"{name}.py").write_text(code, encoding="utf-8")

@@ -1,4 +1,4 @@
-"""The library, from files to a reconstructed view; and the package as it is installed."""
+"""Tests of the Python interface, from files to a reconstructed view, and of the installed package."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def test_hidden_joints_are_reconstructed_and_cost_little_elsewhere() -> None:
 
 @pytest.fixture
 def motion(tmp_path: Path) -> MotionCapture:
-    """A recording of two points over three frames, with one missing sample."""
+    """Recording of two points over three frames, with one missing sample."""
     positions = np.arange(18.0).reshape(3, 2, 3)
     valid = np.array([[True, True], [True, False], [True, True]])
     return MotionCapture(("a", "b"), positions, valid, 50.0, "mm")
@@ -149,7 +149,7 @@ def test_a_result_of_park2011_is_shown_in_a_few_lines() -> None:
 
 
 def test_a_motion_goes_round(tmp_path: Path) -> None:
-    """Coefficients become a motion, a file, and the same coefficients again, and a player of the same numbers."""
+    """Fourier coefficients survive the conversion to a motion and to a file; the player shows the same positions."""
     output = walkers.walking_population(
         np.random.default_rng(8), male=1, female=1, duration_s=4.0, frame_rate_hz=40.0
     )
@@ -183,7 +183,7 @@ def test_a_motion_goes_round(tmp_path: Path) -> None:
 
 
 def test_a_player_finds_the_axis_that_points_up() -> None:
-    """Two points, one a metre above the other along y; a missing point is marked."""
+    """The player turns the y axis up for two points that lie one above the other along y, and marks a missing point."""
     positions = np.zeros((3, 2, 3))
     positions[:, 1] = [100.0, 1000.0, 200.0]
     capture = MotionCapture(("a", "b"), positions, np.array([[1, 1], [1, 1], [1, 0]], bool), 50.0, "mm")

@@ -1,4 +1,4 @@
-"""The structure of the package: imports between modules, access to files, the largest size of a stage.
+"""Tests of the source code's structure: imports between modules, access to files, and sizes of classes and functions.
 
 Reads the syntax trees of the sources, so imports inside functions and under TYPE_CHECKING count too.
 """
@@ -25,18 +25,18 @@ import pipeline
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGES = ("pipeline", "walk3d")
-"""The papers, and what is built on them."""
+"""Package with the papers' work, and package built on top of it."""
 STANDARD_LIBRARY = sys.stdlib_module_names | {"__future__"}
 
 
 def _module_name(path: Path) -> str:
-    """``core.fourier`` for pipeline/core/fourier.py, ``core`` for its ``__init__``; ``walk3d.film`` as it is."""
+    """Return the short name of a module, such as ``core.fourier`` for pipeline/core/fourier.py."""
     dotted = ".".join(path.relative_to(ROOT).with_suffix("").parts)
     return dotted.removeprefix("pipeline.").removesuffix(".__init__")
 
 
 def dotted(module: str) -> str:
-    """Return the name by which a module is imported."""
+    """Return the full dotted name with which a module is imported."""
     return module if module.startswith("walk3d") else f"pipeline.{module}"
 
 
@@ -46,12 +46,12 @@ MODULES = sorted(set(SOURCES) - {"__init__", "walk3d"})
 
 @functools.cache
 def tree_of(module: str) -> ast.Module:
-    """The syntax tree of a module: parsed where a test asks for it, and not in each process that collects tests."""
+    """Return the syntax tree of a module, which is parsed when a test first needs it."""
     return ast.parse(SOURCES[module].read_text(encoding="utf-8"))
 
 
 def imports(tree: ast.AST) -> tuple[set[str], set[str]]:
-    """Modules of the package and packages from outside that a syntax tree imports, wherever it does so."""
+    """Return the project's modules and the external packages that a syntax tree imports, at any level."""
     inside, outside = set(), set()
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
@@ -76,7 +76,7 @@ def imports(tree: ast.AST) -> tuple[set[str], set[str]]:
 
 @functools.cache
 def imports_of(module: str) -> tuple[set[str], set[str]]:
-    """Return the imports of a module, from inside and from outside of the package."""
+    """Return the project's modules and the external packages that a module imports."""
     return imports(tree_of(module))
 
 
@@ -114,7 +114,7 @@ LAYERS = {
     "walk3d.studies walk3d.methods": "walk3d.anatomy walk3d.author walk3d.film",
     "walk3d.api": f"{_GROUND} core api storage walk3d.anatomy walk3d.export walk3d.film",
 }
-"""Modules and packages from the ground up, and what each may import; those of one row do not know each other."""
+"""Modules and packages from the lowest layer up, with the packages that each may import."""
 
 MAY_IMPORT = {name: set(allowed.split()) for names, allowed in LAYERS.items() for name in names.split()}
 
@@ -139,29 +139,29 @@ FROM_OUTSIDE = {
     "scipy": {"core", "synthetic", "studies", "walk3d.anatomy", "walk3d.film"},
     "numpy": {"*"},
 }
-"""Which packages may import a package from outside."""
+"""Packages of the project that may import each external package."""
 
 STUDIES = {
     path.parent.name
     for path in (ROOT / "pipeline" / "studies").glob("*/__init__.py")
     if re.search(r"^STUDY = ", path.read_text(encoding="utf-8"), re.MULTILINE)
 }
-"""The other folders are what several studies stand on."""
+"""Names of the folders that contain a study; other folders of ``studies`` are shared by several studies."""
 
 
 def package(module: str) -> str:
-    """``core`` for core.fourier.series, ``walk3d.film`` for walk3d.film.video.pose."""
+    """Return the package of a module, such as ``core`` for core.fourier.series, or ``walk3d.film``."""
     return ".".join(module.split(".")[: 2 if module.startswith("walk3d.") else 1])
 
 
 def study(module: str) -> str:
-    """``walks`` for studies.walks.model; empty for what belongs to no study."""
+    """Return the study of a module, such as ``walks`` for studies.walks.model, or an empty string."""
     parts = module.split(".")
     return parts[1] if parts[0] == "studies" and len(parts) > 1 and parts[1] in STUDIES else ""
 
 
 def broken_rules(module: str, inside: set[str], outside: set[str]) -> list[str]:
-    """Return the imports of a module that its package does not allow, one sentence each."""
+    """Return the forbidden imports of a module, one sentence for each."""
     reference = package(module)
     described = []
     for other in sorted(inside):
@@ -240,7 +240,7 @@ def test_only_the_registry_names_all_studies() -> None:
 
 
 def test_the_papers_do_not_know_what_is_built_on_them() -> None:
-    """Neither an import nor a word."""
+    """The package `pipeline` neither imports nor mentions `walk3d`."""
     named = [str(path) for path in (ROOT / "pipeline").rglob("*") if path.is_file() and path.suffix != ".pyc"
              if b"walk3d" in path.read_bytes()]  # fmt: skip
     assert named == []
@@ -252,7 +252,7 @@ BY_STRING = {"import_module", "__import__", "resolve_name", "spec_from_file_loca
 
 @pytest.mark.parametrize("module", sorted({*MODULES} - {"plugins"}))
 def test_only_plug_ins_are_imported_by_a_string(module: str) -> None:
-    """And the lazy names of a package, in its ``__init__``."""
+    """Only plug-ins, and the lazy names in the ``__init__`` of a package, are imported by a string."""
     if SOURCES[module].name == "__init__.py":
         return
     called = [
@@ -282,7 +282,7 @@ def test_no_circle_of_imports() -> None:
 
 
 BUDGET = 66
-"""Most files of the package that a figure's module reaches."""
+"""Largest number of the project's files that a figure's module may import, directly or indirectly."""
 
 BUDGETS = {
     "studies.walks.figures.spectrum": 26,
@@ -293,7 +293,7 @@ BUDGETS = {
 
 
 class _WhenRun(ast.NodeTransformer):
-    """Leaves out what is imported for types alone."""
+    """Syntax-tree transformer that removes imports under TYPE_CHECKING."""
 
     def visit_If(self, node: ast.If) -> ast.AST | list[ast.stmt]:
         self.generic_visit(node)
@@ -302,7 +302,7 @@ class _WhenRun(ast.NodeTransformer):
 
 @functools.cache
 def reached_at_once(module: str) -> set[str]:
-    """Return the modules that a module imports when it runs."""
+    """Return the modules that a module imports directly when it runs."""
     return imports(_WhenRun().visit(ast.parse(SOURCES[module].read_text(encoding="utf-8"))))[0]
 
 
@@ -310,7 +310,7 @@ FIGURES = [m for m in MODULES if study(m) and (".figures." in m or m.endswith("f
 
 
 def reached(module: str) -> set[str]:
-    """The module, and those that its imports name, directly or through others; without the parents of a module."""
+    """Return a module and all modules that it imports directly or indirectly, without their parent packages."""
     result: set[str] = set()
     waiting = {module}
     while waiting:
@@ -367,7 +367,7 @@ _GENERATORS = {"default_rng", "Generator", "PCG64", "SeedSequence"}
 
 
 def outside_world(tree: ast.AST) -> list[str]:
-    """Clocks, files, environment variables and global random numbers that a syntax tree touches."""
+    """Return the uses of clocks, files, environment variables and global random numbers in a syntax tree."""
     described = []
     for node in ast.walk(tree):
         if isinstance(node, ast.Import | ast.ImportFrom):
@@ -434,7 +434,7 @@ def test_a_generator_as_an_argument_is_welcome() -> None:
 
 
 def _documented(module: str) -> list[tuple[str, Any]]:
-    """Public functions, classes and methods that a module defines, with their dotted names."""
+    """Return the public functions, classes and methods that a module defines, with their dotted names."""
     imported = import_module(dotted(module))
     result: list[tuple[str, Any]] = []
     for name, thing in vars(imported).items():
@@ -452,7 +452,7 @@ def _documented(module: str) -> list[tuple[str, Any]]:
 
 
 def _section(docstring: str, title: str) -> list[str]:
-    """Names that a numpydoc section documents."""
+    """Return the parameter or attribute names that a numpydoc section documents."""
     match = re.search(rf"^{title}\n-+\n(.*?)(?=^\S[^\n]*\n-{{3,}}|\Z)", docstring, re.MULTILINE | re.DOTALL)
     if match is None:
         return []
@@ -468,7 +468,7 @@ def test_public_functions_say_what_they_return_and_name_their_parameters(module:
 
 
 def _complaints(name: str, thing: Any) -> list[str]:
-    """Return the faults in the docstring of a function or class."""
+    """Return the faults in the docstring of a function or class, one sentence each."""
     docstring = inspect.cleandoc((vars(thing)["__doc__"] if isinstance(thing, type) else thing.__doc__) or "")
     if not docstring or docstring.startswith(f"{name}("):  # which a dataclass writes for itself
         return [f"{name} has no docstring"]
@@ -524,7 +524,7 @@ def test_no_class_is_named_by_a_string() -> None:
 
 
 def lines(path: Path) -> int:
-    """Lines of a file."""
+    """Return the number of lines of a file."""
     return len(path.read_text(encoding="utf-8").splitlines())
 
 
@@ -539,12 +539,12 @@ def test_a_preset_holds_only_what_differs(preset: Path) -> None:
 
 
 MAX_FIELDS, MAX_ARGUMENTS = 15, 9
-"""Limits for a record that is not a class of options, and for a function without `self` and `cls`."""
+"""Largest number of fields of a dataclass other than options, and of arguments without `self` and `cls`."""
 
 
 @functools.cache
 def option_classes() -> frozenset[str]:
-    """Names of all classes that derive from `Options`, directly or through others."""
+    """Return the names of all classes that derive from `Options`, directly or indirectly."""
     classes = [node for m in SOURCES for node in ast.walk(tree_of(m)) if isinstance(node, ast.ClassDef)]
     bases = {node.name: {ast.unparse(base).rpartition(".")[2] for base in node.bases} for node in classes}
     result = {"Options"}
@@ -554,7 +554,7 @@ def option_classes() -> frozenset[str]:
 
 
 def too_large(tree: ast.Module) -> list[str]:
-    """Records and functions of a syntax tree over the limits, one sentence each.
+    """Return the dataclasses and functions in a syntax tree that exceed the limits, one sentence each.
 
     Every class whose body annotates fields is a record: a dataclass, a NamedTuple, a TypedDict.  Excepted are classes
     of options, which derive from `Options`, and class variables.
@@ -606,7 +606,7 @@ DISTRIBUTIONS = {
     "hydra": "hydra-core", "rerun": "rerun-sdk", "yaml": "pyyaml", "PIL": "pillow", "cv2": "opencv-python-headless",
     "ai_edge_litert": "ai-edge-litert", "dask_jobqueue": "dask-jobqueue",
 }  # fmt: skip
-"""Names of distributions that differ from the name of their package."""
+"""Names of distributions that differ from the name of the imported package."""
 
 
 def _requirement(text: str) -> str:
@@ -638,7 +638,7 @@ def test_every_folder_of_the_package_is_installed() -> None:
 
 
 def _locked(name: str) -> dict[str, str]:
-    """Packages of a lock file, each with its version and hashes: every line is one, a hash or a comment."""
+    """Return the entries of a lock file by package name, each with version and hashes."""
     text = (ROOT / name).read_text(encoding="utf-8")
     assert "://" not in text
     for line in text.splitlines():
@@ -670,7 +670,7 @@ def test_every_dependency_is_locked_to_one_version() -> None:
 
 
 def _tracked() -> list[Path]:
-    """Files that git keeps, or would: everything under the root that is not ignored."""
+    """Return the files of the project that git does not ignore."""
     listed = subprocess.run(
         ["git", "-C", str(ROOT), "ls-files", "--cached", "--others", "--exclude-standard"],
         capture_output=True,
@@ -699,7 +699,7 @@ def test_no_path_of_one_machine_in_tracked_files() -> None:
 
 
 def entries_of_the_map(indentation: int) -> list[str]:
-    """Names that begin the lines of that indentation in the map of the package, in its order."""
+    """Return the names at one indentation level in the overview of the package's docstring, in their order."""
     lines = re.findall(rf"^ {{{indentation}}}(\w+(?:(?:/|,) \w+)*)", pipeline.__doc__ or "", re.MULTILINE)
     return [name for line in lines for name in re.findall(r"\w+", line)]
 
@@ -719,7 +719,7 @@ def test_the_map_names_every_package_from_the_base_upwards() -> None:
 
 
 def test_the_map_names_every_part_of_core_and_none_that_is_not() -> None:
-    """A new paper's study need not be entered."""
+    """The overview in the package docstring lists all modules of ``core``; a new study need not be listed."""
     core, studies = (
         {m.split(".")[1] for m in MODULES if m.startswith(owner)} for owner in ("core.", "studies.")
     )
@@ -740,7 +740,7 @@ def test_docstrings_name_modules_that_exist() -> None:
 
 
 def test_the_source_distribution_is_complete() -> None:
-    """MANIFEST.in names every file of the project that building does not take by itself."""
+    """MANIFEST.in names every file of the project that setuptools does not include by default."""
     used = {"pyproject.toml", "setup.py", "README.md", "LICENSE", "MANIFEST.in"}
     of_the_repository = {".gitignore", ".gitattributes"}
     folders = ["pipeline/", "walk3d/"]

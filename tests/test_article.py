@@ -1,4 +1,4 @@
-"""The article quotes published numbers alone, and ``codecheck.yml`` names what a full sweep leaves."""
+"""Tests that the article quotes only published numbers, and that ``codecheck.yml`` names the sweep's outputs."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ NO_RESULTS = {
     "81", "225", "226", "1",  # equations, and numbers of a representation; R - 1
     "240", "95", "95.5",  # of quotations and of intervals
 }  # fmt: skip
-"""Numbers of the text that are neither of ours nor claims: counts that the papers' files hold, and words."""
+"""Numbers in the article's text that are not results, such as the 225 dimensions of the representation."""
 
 
 def template() -> str:

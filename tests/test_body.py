@@ -1,4 +1,4 @@
-"""The check of a body: made-up people with one fault each, and real recordings that were spoilt."""
+"""Tests of the body check with synthetic people who have one fault each, and with altered recordings of real people."""
 
 from __future__ import annotations
 
@@ -36,22 +36,22 @@ PELVIS = WALKER15.index("pelvis")
 def of(
     positions: np.ndarray, rate_hz: float = RATE_HZ, *, walk: bool = True, **options: UpAxis
 ) -> list[Complaint]:
-    """Complaints about joints, NaN where they were not measured."""
+    """Return the complaints of the body check about joints, where NaN marks joints that were not measured."""
     return check(positions, np.isfinite(positions).all(axis=-1), rate_hz, walk=walk, **options)
 
 
 def accept(positions: np.ndarray) -> None:
-    """Raise what rejects these joints of an action."""
+    """Raise the error with which the body check rejects the joints of an action."""
     accepted(positions, np.isfinite(positions).all(axis=-1), RATE_HZ, walk=False)
 
 
 def codes(complaints: list[Complaint]) -> dict[str, bool]:
-    """Codes of complaints, and whether each rejects."""
+    """Return the codes of complaints, each with True if the complaint rejects the recording."""
     return {complaint.code: complaint.rejects for complaint in complaints}
 
 
 def standing(hip_width: float = 160.0) -> np.ndarray:
-    """A person in one posture, (9, 15, 3) mm, whose sizes can be worked out in the head: legs of 400 and 400 mm."""
+    """Return a person in a constant posture, (9, 15, 3) mm, with simple sizes such as thighs of 400 mm."""
     heights = {"head": 1500, "sternum": 1300, "shoulder": 1300, "elbow": 1000, "wrist": 750, "pelvis": 900}
     heights |= {"hip": 900, "knee": 500, "ankle": 100}
     sides = {"shoulder": 180.0, "elbow": 200.0, "wrist": 220.0}
@@ -327,7 +327,7 @@ def test_a_joint_that_jumps_is_a_remark_as_walks_estimate_it() -> None:
 
 
 def test_a_crouched_walker_gets_a_remark_with_the_number() -> None:
-    """Hips at 647 mm above the ankles, legs of 821 mm."""
+    """A walker with the hips 647 mm above the ankles and legs of 821 mm gets a remark with the ratio."""
     body, half, thigh = standing(), 647.0 / 2.0, 821.0 / 2.0
     upper = [j for j in range(15) if j not in (*KNEES, *ANKLES)]
     body[:, upper, 2] += 100.0 + 647.0 - 900.0
@@ -374,7 +374,7 @@ def test_the_gravest_comes_first() -> None:
 
 
 def exchanged(first: list[int], second: list[int]) -> Callable[[np.ndarray], np.ndarray]:
-    """A function that exchanges joints."""
+    """Return a function that exchanges each joint of one list with the corresponding joint of another list."""
     order = list(range(15))
     for single, other in zip(first, second, strict=True):
         order[single], order[other] = order[other], order[single]
@@ -382,14 +382,14 @@ def exchanged(first: list[int], second: list[int]) -> Callable[[np.ndarray], np.
 
 
 def with_hips_at_pelvis(body: np.ndarray) -> np.ndarray:
-    """Joints with the left hip at the centre of the pelvis."""
+    """Return joint positions with the left hip moved to the centre of the pelvis."""
     spoilt = body.copy()
     spoilt[:, HIPS[0]] = spoilt[:, PELVIS]
     return spoilt
 
 
 def with_hips_at_asis(body: np.ndarray) -> np.ndarray:
-    """Joints with the hips at the front of the pelvis, out by 14 % of its width, up by 34.5 % and 48 mm forward."""
+    """Return joints with the hips moved to the anterior superior iliac spines (ASIS) of the pelvis."""
     right = body[:, HIPS[1]] - body[:, HIPS[0]]
     forward = np.cross([0.0, 0.0, 1.0], right)
     forward /= np.linalg.norm(forward, axis=-1, keepdims=True)
@@ -413,11 +413,11 @@ SPOILT: dict[str, tuple[Callable[[np.ndarray], np.ndarray], float, int, int]] = 
     "rate x 2": (lambda body: body, 2.0, 0, 0),
     "hip = ASIS": (with_hips_at_asis, 1.0, 0, 0),
 }
-"""Changes to joints and to the frame rate, and in how many of 60 walks and 20 actions each must be noticed."""
+"""Alterations of joints and frame rate, and the numbers of 60 walks and 20 actions in which each must be noticed."""
 
 
 def recorded(kind: str, limit: int) -> list[tuple[str, np.ndarray, np.ndarray, float]]:
-    """Joints of recordings of walks or of other actions in the mirror, people in turn."""
+    """Return joints of up to `limit` public recordings of walks or other actions, alternating between people."""
     with (ROOT / "data" / "sources.csv").open(newline="") as stream:
         listed = [
             row for row in csv.DictReader(stream) if row["skeleton"] in mappings.shipped() and row["trial"]

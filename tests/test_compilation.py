@@ -1,4 +1,4 @@
-"""Compiled loops: one of several processes compiles, a compiled loop may call another, and equals the plain one."""
+"""Tests of compiled loops: one process compiles them for all, and their results equal those of plain Python."""
 
 from __future__ import annotations
 

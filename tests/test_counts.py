@@ -1,4 +1,4 @@
-"""README, page, article, documentation and ``make claims`` give the same counts of verdicts."""
+"""Tests that README, page, article, documentation and ``make claims`` show the same numbers of verdicts."""
 
 from __future__ import annotations
 
@@ -32,16 +32,16 @@ article = importlib.util.module_from_spec(_SPEC)
 _SPEC.loader.exec_module(article)
 
 DATA = {"optical": 3, "synthetic": 7}
-"""Data sets, with the length of the cycle of their verdicts."""
+"""Data sets, each with the period after which its made-up verdicts repeat."""
 
 OF_PAPERS = {key: paper for key, paper in papers.all_papers().items() if paper.figures and paper.claims}
 
 Count = tuple[int, int, int]
-"""Claims that agree, that are judged, and that agree beyond their baseline."""
+"""Numbers of claims that agree, that are judged, and that agree and beat their baseline."""
 
 
 def verdicts(length: int) -> list[Verdict]:
-    """Made-up verdicts on every claim that can be tested: each kind has each of its answers."""
+    """Return made-up verdicts on every testable claim, in which each kind of claim gets each possible verdict."""
     answers = cycle([*Beyond, *[Beyond.YES] * length])
     result = []
     for kind in Kind:
@@ -54,7 +54,7 @@ def verdicts(length: int) -> list[Verdict]:
 
 
 def on_the_page(folder: Path, data: str, found: list[Verdict]) -> dict[str, Count]:
-    """Counts that the page and the picture of verdicts have, by paper."""
+    """Return the numbers of verdicts on the report page and in its picture of verdicts, by paper."""
     results = folder / data / "full"
     figures = sorted({verdict.claim.figure for verdict in found})
     for figure in figures:
@@ -73,14 +73,14 @@ def on_the_page(folder: Path, data: str, found: list[Verdict]) -> dict[str, Coun
 
 
 def in_the_terminal(found: list[Verdict]) -> dict[str, Count]:
-    """Counts that ``make claims`` prints, by paper."""
+    """Return the numbers of verdicts that ``make claims`` prints, by paper."""
     lines = "\n".join(counts(found))
     message = re.findall(r"^(\w+): (\d+) of (\d+) agree \((\d+) beyond the baseline\)", lines, re.MULTILINE)
     return {key: (int(agree), int(judged), int(beyond)) for key, agree, judged, beyond in message}
 
 
 def in_the_tables(rows: dict[tuple[str, str], float]) -> dict[str, dict[str, Count]]:
-    """Counts that README and the page's tables have, by data set and paper."""
+    """Return the numbers of verdicts in the tables of README and documentation, by data set and paper."""
     columns = {
         "data": [d for d, _ in rows],
         "name": [n for _, n in rows],
@@ -101,7 +101,7 @@ def in_the_tables(rows: dict[tuple[str, str], float]) -> dict[str, dict[str, Cou
 
 
 def in_the_article(rows: dict[tuple[str, str], float]) -> dict[str, dict[str, Count]]:
-    """Counts that the article has, by data set and paper."""
+    """Return the numbers of verdicts in the article, by data set and paper."""
     people = {words: data for data, words in article.PEOPLE.items()}
     keys = {words: key for key, words in article.PAPERS.items()}
     text = article.filled(article.verdict_rows(), rows, "")
@@ -141,7 +141,10 @@ def test_targets_are_in_no_count_of_a_paper_and_in_a_group_of_their_own() -> Non
 
 @pytest.mark.parametrize("data", DATA)
 def test_the_ledger_that_is_kept_has_the_published_counts(data: str) -> None:
-    """Light archives are renewed after the published numbers: `make archive LIGHT=1 DATA=…`."""
+    """The claims in each light archive have the published numbers of verdicts.
+
+    `make archive LIGHT=1 DATA=…` renews an archive.
+    """
     rows = tables.read_rows(ROOT / "results" / "archive" / "light" / data / "claims.csv")
     if "short" not in rows[0]:
         pytest.skip("the archive is of before claims had short names")
@@ -155,7 +158,7 @@ def test_the_ledger_that_is_kept_has_the_published_counts(data: str) -> None:
 
 
 def test_the_headline_carries_its_sensitivity_wherever_it_stands() -> None:
-    """MAP's gain on synthetic people, with half and with none of their static offsets next to it."""
+    """MAP's gain on synthetic people is always quoted with its values for half and none of their static offsets."""
     listed = tables.read_rows(ROOT / "results" / "published.csv")
     name, data = "zhang2007_map_thirty_percent", "synthetic"
     owner = {row["name"]: f"{float(row['value']):.0f}" for row in listed if row["data"] == data}

@@ -1,4 +1,4 @@
-"""Files that go with the code: the citation, and a source distribution with the tracked files."""
+"""Tests of the citation file, and of the source distribution, which must contain the tracked files."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ KEYS = {
     "license", "license-url", "message", "preferred-citation", "references", "repository", "repository-artifact",
     "repository-code", "title", "type", "url", "version",
 }  # fmt: skip
-"""Keys that version 1.2.0 of the citation file format allows at the top, and of people and entities."""
+"""Keys that version 1.2.0 of the citation file format allows at the top level, for people and for entities."""
 
 PAPERS = {
     ("Zhang", "conference-paper", 2004),
@@ -75,7 +75,7 @@ def test_the_citation_file_keeps_its_format_and_names_the_four_papers() -> None:
 
 
 def _in_sdist(path: str, rules: list[list[str]]) -> bool:
-    """Return whether a tracked file is in the source distribution: by a rule, as a module, or by setuptools."""
+    """Return whether a tracked file is in the source distribution, through MANIFEST.in or through setuptools."""
     first = path.split("/")[0]
     always = re.fullmatch(r"pipeline/.*\.py|pyproject\.toml|setup\.py|README\.md|LICENSE|MANIFEST\.in", path)
     data = re.fullmatch(r"pipeline/(py\.typed|report/page/[^/]+)", path)
@@ -93,7 +93,7 @@ def _in_sdist(path: str, rules: list[list[str]]) -> bool:
 
 @pytest.mark.skipif(not (ROOT / ".git").exists(), reason="needs the tracked files' list")
 def test_the_source_distribution_lacks_nothing_that_is_tracked() -> None:
-    """But what is of git alone, and the light archive's results, which `make` makes again."""
+    """The source distribution contains all tracked files except git's own and the results in light archives."""
     tracked = subprocess.run(["git", "ls-files"], cwd=ROOT, check=True, capture_output=True, text=True).stdout
     manifest = (ROOT / "MANIFEST.in").read_text(encoding="utf-8").splitlines()
     rules = [line.split() for line in manifest if line.split()]

@@ -1,4 +1,4 @@
-"""Parts of the documentation that come from the sources: complete, and built without a warning."""
+"""Tests that the generated parts of the documentation are complete, and that it is built without a warning."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def test_every_option_says_what_it_means() -> None:
 def test_a_table_has_type_default_bounds_unit_and_meaning() -> None:
     @dataclass
     class Sweep:
-        """A sweep.
+        """Sweep of a figure, with three options.
 
         Attributes
         ----------

@@ -1,4 +1,4 @@
-"""The check of digits: what differs between settings is measured, and a digit that moved is named."""
+"""Tests of the digit check: it measures the differences between numerical settings, and names a table that differs."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ FIGURE = "zhang2007_fig6"
 
 @pytest.fixture
 def folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Path]:
-    """One figure under two settings, like its golden table; a table of seconds differs."""
+    """Folders of one figure under two settings, with values equal to its golden table and different durations."""
     golden = tmp_path / "golden"
     golden.mkdir()
     result = {name: tmp_path / name for name in ("one", "two")}

@@ -1,4 +1,4 @@
-"""Our own files, damaged under right checksums, and a fault at calls to the file system: a sample of both."""
+"""Tests on a random sample of damaged files with matching checksums, and of failing calls to the file system."""
 
 from __future__ import annotations
 

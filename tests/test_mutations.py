@@ -1,4 +1,4 @@
-"""Generated defects: which changes a function gets, that text gets none, and which tests are near."""
+"""Tests of the mutation generator: the mutants of a function, code without mutants, and the nearest tests."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tests.nearest_tests import NearestTests
 
 
 def changed(body: str, parameters: str = "a, b") -> set[str]:
-    """Function bodies that the mutants of a function of one line have."""
+    """Return the bodies of all mutants of a one-line function."""
     source = f"def f({parameters}):\n    {body}\n"
     [mutants] = list(mutants_of("pipeline/x.py", source)) or [[]]
     return {ast.unparse(ast.parse(mutant.apply(source)).body[0].body[0]) for mutant in mutants}

@@ -1,4 +1,4 @@
-"""The notebooks run from top to bottom without a warning, in an empty folder, and print what they compute."""
+"""Tests that the notebooks run without a warning in an empty folder, and print the values that they compute."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ pytestmark = pytest.mark.thorough
 
 
 def run(notebook: Path, folder: Path) -> str:
-    """Run a notebook in a folder; return its output."""
+    """Run a notebook in a folder, and return its printed output."""
     done = subprocess.run(
         [sys.executable, "-W", "error", str(notebook)],
         env={**os.environ, "PYTHONPATH": str(ROOT), "OPENBLAS_NUM_THREADS": "1"},
@@ -32,7 +32,7 @@ def run(notebook: Path, folder: Path) -> str:
 
 
 def values_of(output: str) -> dict[str, float]:
-    """Numbers at the ends of lines, by the words before them."""
+    """Return the numbers at the ends of printed lines, by the words before each number."""
     numbers = re.findall(r"^(\w[\w ]*?):? +(-?[\d.]+)(?: mm|°)?$", output, re.MULTILINE)
     return {name: float(value) for name, value in numbers}
 

@@ -1,4 +1,4 @@
-"""Commands in the README and the pages of the documentation work as they are printed."""
+"""Tests that the commands in the README and the documentation pages work as printed."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def test_the_readme_counts_the_claims_that_can_be_tested() -> None:
 
 
 def test_each_duration_is_the_measured_one() -> None:
-    """`make bench ARGS=commands` measures them, `make readme` writes them."""
+    """Each duration on the pages is the measured one; `make bench ARGS=commands` and `make readme` renew them."""
     measured_s = durations(tables.read_rows(ROOT / "results" / "durations.csv"))
     stated = [page for page in PAGES if "(about " in PAGES[page]]
     assert set(stated) <= set(FILLED_PAGES)
@@ -91,7 +91,7 @@ def test_the_library_examples_do_what_they_say(
 
 
 def test_the_examples_on_files_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Every block of Python of the pages, but the loop of PsychoPy, in order and in one folder."""
+    """All Python examples of the pages except the PsychoPy loop run in their order in one folder."""
     pytest.importorskip("xarray")
     people = walkers.walking_population(
         np.random.default_rng(8), male=2, female=2, duration_s=3.0, frame_rate_hz=40.0
@@ -162,7 +162,7 @@ def test_every_make_target_named_exists(page: str) -> None:
 
 
 MADE_LATER = ("results/archive/light/synthetic/", "gallery/")
-"""Made by `make archive LIGHT=1`, which needs results of the very commit, and by `make docs`, which a test covers."""
+"""Link targets that do not exist in a fresh clone, because `make archive LIGHT=1` or `make docs` writes them."""
 
 
 @pytest.mark.parametrize("page", PAGES)
@@ -186,7 +186,7 @@ def test_the_first_screen_is_light() -> None:
 
 @pytest.mark.parametrize("page", PAGES)
 def test_every_command_can_be_typed(page: str) -> None:
-    """All lines set apart from the text: `make` with targets, or a command of the program with overrides."""
+    """Every displayed command is a `make` command, or a command of the program with valid overrides."""
     lines = [line.split("#")[0].strip() for block in blocks(page, "") for line in block.splitlines()]
     for line in filter(None, lines):
         if line.startswith("make "):
@@ -225,7 +225,7 @@ PUBLISHED = tables.read(ROOT / "results" / "published.csv")
 
 
 def test_the_result_tables_are_those_of_the_published_numbers() -> None:
-    """`make readme` renews them."""
+    """The result tables on the pages contain the published numbers; `make readme` renews them."""
     quoted = {name: LAYOUT[name] for name in ("headline", "first", "counts")}
     filled = {"figures": listed(), **published.rendered(quoted, PUBLISHED)}
     for page, names in FILLED_PAGES.items():
@@ -287,7 +287,7 @@ def test_a_table_is_rendered_row_by_row() -> None:
 
 
 def test_counts_of_an_earlier_rule_leave_their_rows_out() -> None:
-    """Rows of before the two answers: conditions have the same words, results and sentences have not."""
+    """Published counts of verdicts in an earlier format are left out of the tables."""
     old = {"met": 3, "not met": 0, "cannot be tested on this data": 1}
     rows = [("synthetic", f"zhang2007, conditions, {name}", value) for name, value in old.items()]
     rows += [("synthetic", "zhang2007, sentences, reproduced", 3), ("synthetic", "zhang2007_walkers", 80)]
@@ -315,7 +315,7 @@ FACTS = {"data": "synthetic", "scale": "full", "provenance": {"commit": "a" * 40
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """Two published figures of two walkers."""
+    """Folder with two published figures of two walkers."""
     walkers = {"walker": ["a", "b"], "method": ["map", "map"], "absolute_error_mm2": [1.0, 3.0]}
     for figure, name, table in (
         ("zhang2007_fig5", "table_walkers", walkers),

@@ -1,4 +1,4 @@
-"""One palette: distinguishable colours, roles that have one, and packages that load what draws only to draw."""
+"""Tests that the palette's colours can be distinguished, and that plotting libraries are loaded only for drawing."""
 
 import subprocess
 import sys
@@ -12,7 +12,7 @@ from pipeline.palette import COLOURS, CYCLE, ON_DARK, ROLES, rgb_colour
 
 
 def luminance(colour: tuple[int, int, int]) -> float:
-    """Relative luminance of the Web Content Accessibility Guidelines, 0 to 1."""
+    """Return the relative luminance of a colour, 0 to 1, by the Web Content Accessibility Guidelines."""
     v = np.array(colour) / 255
     linear = np.where(v <= 0.04045, v / 12.92, ((v + 0.055) / 1.055) ** 2.4)
     return float(linear @ [0.2126, 0.7152, 0.0722])

@@ -1,4 +1,4 @@
-"""Plain English in sources and documentation: the counts of broken rules are within allowances that only shrink."""
+"""Tests that sources and documentation break no more rules of plain English than their allowances permit."""
 
 from __future__ import annotations
 
@@ -19,12 +19,15 @@ STRICT = (
     "tutorial.py",
     "gait_pipeline",
 )
-"""Packages without an allowance."""
+"""Packages and pages in which no rule may be broken."""
 
 
 @pytest.mark.parametrize("name", sorted(plain_english.violations()))
 def test_a_package_breaks_no_more_rules_than_it_may(name: str) -> None:
-    """``python -m tests.plain_english FOLDER`` prints the passages; rewrite them, the allowance does not rise."""
+    """Each package breaks each rule at most as often as its allowance permits.
+
+    ``python -m tests.plain_english FOLDER`` prints the passages.  Rewrite them: the allowance does not rise.
+    """
     allowed = plain_english.allowances()
     for rule in RULES:
         broken = [violation for violation in plain_english.violations()[name] if violation.rule == rule]
@@ -48,7 +51,7 @@ def test_each_exception_is_a_file_that_breaks_a_rule_and_has_a_reason() -> None:
 
 
 def judged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, text: str) -> list[Violation]:
-    """Violations of a file with this text."""
+    """Return the broken rules in a file with this text."""
     monkeypatch.setattr(plain_english, "ROOT", tmp_path)
     path = tmp_path / name
     path.write_text(text, encoding="utf-8")

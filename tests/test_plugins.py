@@ -1,4 +1,4 @@
-"""Plug-ins: a method in one user's file, installed packages, and what depends on their sources."""
+"""Tests of plug-ins: a method in one file of a user, installed packages, and results that depend on their sources."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ from tests.rejects import rejects
 EXAMPLE = re.search(r"```py\n(.*?)```", (ROOT / "docs" / "extend.md").read_text("utf-8"), re.DOTALL)
 assert EXAMPLE
 RIDGE = EXAMPLE[1]
-"""The file of the documentation."""
+"""Source text of the plug-in example in the documentation."""
 
 
 @pytest.fixture
 def no_files() -> Iterator[None]:
-    """No user's file is loaded, before and after."""
+    """Unload all plug-in files of users, and restore them after the test."""
     before = dict(plugins._files)
     plugins._files.clear()
     yield
@@ -50,14 +50,14 @@ def no_files() -> Iterator[None]:
 
 @pytest.fixture
 def ridge(tmp_path: Path, no_files: None) -> Path:
-    """The file of the documentation, as a user saves it."""
+    """File with the plug-in example of the documentation, saved in the user's folder."""
     path = tmp_path / "ridge.py"
     path.write_text(RIDGE, encoding="utf-8")
     return path
 
 
 def run(folder: Path, *arguments: str) -> tuple[int, str, str]:
-    """Exit status, output and errors of a command in a user's folder."""
+    """Return the exit status, output and errors of a command that runs in a user's folder."""
     done = finished([sys.executable, "-m", "pipeline", *arguments], cwd=folder)
     return done.returncode, done.stdout, done.stderr
 
@@ -68,7 +68,7 @@ def test_the_example_has_at_most_forty_lines() -> None:
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A user's folder with the file of the documentation and figure 5 with it, by a process of its own."""
+    """User's folder with the plug-in example, and with figure 5 of zhang2007 computed with this plug-in."""
     home = tmp_path_factory.mktemp("home")
     (home / "ridge.py").write_text(RIDGE, encoding="utf-8")
     code, out, err = run(home, "experiment=zhang2007_fig5", "plugins=ridge.py", "scale=smoke")
@@ -77,7 +77,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def figure_in(home: Path) -> Path:
-    """Folder of the figure that a user's folder holds."""
+    """Return the folder of the figure that was computed in a user's folder."""
     (folder,) = (home / "results" / "scratch").glob("*/zhang2007_fig5")
     return folder
 
@@ -129,7 +129,7 @@ def test_an_archive_is_computed_again_with_the_users_own_copy_of_the_file_and_no
 
 
 def test_ridge_regression_has_the_error_that_numpy_gives(ridge: Path) -> None:
-    """Against the normal equations with one penalty after the other, each left-out walk fitted anew."""
+    """Ridge regression agrees with the normal equations, solved for one penalty and one left-out walk at a time."""
     from tests.walk3d.anatomy.study.test_method import inputs
 
     plugins.load_files([ridge])
@@ -291,7 +291,7 @@ def broken(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 def test_a_plug_in_that_fails_to_import_is_one_sentence(
     broken: None, say: Callable[..., CommandResult], tmp_path: Path
 ) -> None:
-    """Commands and figures that need none run with a remark; a method that is not there names the plug-in."""
+    """A plug-in that cannot be imported causes a remark, or an error in one sentence if its method is needed."""
     answer = say("equations", "zhang2004")
     assert answer.status == 0
     assert answer.err.startswith("the plug-in broken is ignored: it cannot be loaded (ModuleNotFoundError")
@@ -304,7 +304,7 @@ def test_a_plug_in_that_fails_to_import_is_one_sentence(
 
 
 def installed(monkeypatch: pytest.MonkeyPatch, **added: object) -> None:
-    """Have one more installed plug-in, of this module."""
+    """Add one more installed plug-in, defined in this module."""
     more = plugins.Loaded("more", plugins.Plugin(**added), __name__)  # type: ignore[arg-type]
     before = plugins._installed()
     monkeypatch.setattr(plugins, "_installed", lambda: ((*before[0], more), before[1]))
@@ -398,7 +398,7 @@ def test_a_list_of_plug_ins_of_another_form_is_one_sentence(used: object, no_fil
 
 
 def test_a_clone_loads_the_plug_ins_next_to_it() -> None:
-    """The table in pyproject.toml counts, not the metadata of what may be installed."""
+    """In a clone, the plug-ins listed in pyproject.toml are loaded, not those of an installed version."""
     named = {point.name: point.value for point in plugins._entry_points()}
     assert named["walk3d"] == "walk3d.plugin:PLUGIN"
     assert plugins.source_of("walk3d.plugin") == ROOT / "walk3d" / "plugin.py"

@@ -1,4 +1,4 @@
-"""Processes change nothing: results keep their order, errors come through, and a helper that is killed is replaced."""
+"""Tests of parallel processing: results keep their order, errors are raised, and killed workers are replaced."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def test_the_first_error_comes_through(workers: int) -> None:
 
 
 def meeting(folder: Path, n: int) -> int:
-    """The number of the process, once another one has taken the other item."""
+    """Return the number of this process, after another process has taken the other of two work items."""
     (folder / str(n)).touch()
     while not (folder / str(1 - n)).exists():
         time.sleep(0.0005)

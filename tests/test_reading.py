@@ -1,4 +1,4 @@
-"""Our own files as hostile input: only a regular, bounded file of the expected type is read."""
+"""Tests that the project reads only regular files of limited size and of the expected type."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ def test_brackets_inside_text_have_no_depth(tmp_path: Path) -> None:
 
 
 def test_unclosed_text_of_quotes_takes_linear_time(tmp_path: Path) -> None:
-    """A search to the end from each quote would take time that grows with the square of the size."""
+    """An unclosed string with many quotes is rejected in linear time."""
     path = tmp_path / "a.json"
     path.write_text('"' + '\\"' * 500_000)
     with rejects("not_json"):
@@ -153,7 +153,7 @@ def test_a_compressed_file_is_bounded_by_what_it_unpacks_to(tmp_path: Path) -> N
 
 
 def _headed(header: str) -> bytes:
-    """Return the bytes of an array whose header is this text."""
+    """Return the bytes of a NumPy array file with the given header text."""
     return b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header.encode()
 
 

@@ -1,4 +1,4 @@
-"""Codes of rejections: every InvalidInput that the package raises has one."""
+"""Tests that every `InvalidInput` of the package has a code."""
 
 from __future__ import annotations
 

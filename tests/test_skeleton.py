@@ -1,4 +1,4 @@
-"""Joints, mapping of source points to joints, and the sentences that refuse bad ones."""
+"""Tests of the joints, of the mapping from recorded points to joints, and of its error messages."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def motion(names: tuple[str, ...], positions: object) -> MotionCapture:
 
 
 def mapped(source: MotionCapture, rules: SourceMapping, *names: str) -> tuple[np.ndarray, np.ndarray]:
-    """Some joints and where they are valid; the others of legs and pelvis are at a point that was never seen."""
+    """Return some joints and the frames in which they are valid; further leg joints are mapped to an unseen point."""
     unseen = np.full((len(source.valid), 1, 3), np.nan)
     whole = motion((*source.names, "REST"), np.concatenate([source.positions_mm, unseen], axis=1))
     rest = {joint: {"REST": 1.0} for joint in LOWER_BODY if joint not in names}

@@ -1,4 +1,4 @@
-"""The library, `reconstruct`, `inspect` and `export` with numpy, scipy, pyyaml and threadpoolctl alone."""
+"""Tests of `reconstruct`, `inspect`, `export` and the Python interface with only the four base packages installed."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs links to 
 
 @dataclass(frozen=True)
 class Environment:
-    """An interpreter that sees the four packages and this project, and what it says of how to install more."""
+    """Python environment that contains only the four base packages and this project."""
 
     command: tuple[str, ...]
     variables: dict[str, str]
     wheel: bool
 
     def run(self, cwd: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-        """Run ``python ARGUMENTS``; return its output."""
+        """Run ``python ARGUMENTS`` in this environment; return the output."""
         return subprocess.run(
             [*self.command, *arguments],
             cwd=cwd,
@@ -46,13 +46,13 @@ class Environment:
         )
 
     def hint(self, package: str, extra: str, target: str) -> str:
-        """Return the end of the sentence on a package that is missing."""
+        """Return the expected end of the message about a missing package, with the command that installs it."""
         command = f"pip install 'gait-pipeline[{extra}]'" if self.wheel else target
         return f"{package} (extra `{extra}`), which is not installed: {command}"
 
 
 def linked(folder: Path) -> Path:
-    """Fill a folder with links to the four packages alone."""
+    """Fill a folder with links to the four base packages only."""
     for name in BASE:
         installed = metadata.distribution(name)
         for first in {file.parts[0] for file in installed.files or []} - {"..", "__pycache__"}:
@@ -68,7 +68,7 @@ NEEDS_BUILD = pytest.mark.skipif(
 
 @pytest.fixture(scope="module", params=["clone", pytest.param("wheel", marks=NEEDS_BUILD)])
 def base(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Environment:
-    """The four packages with the project as it is, or with its wheel in an environment of its own."""
+    """Environment with the four base packages, and the project as a clone or as an installed wheel."""
     folder = tmp_path_factory.mktemp("base")
     if request.param == "clone":
         path = f"{linked(folder)}{os.pathsep}{ROOT}"
@@ -79,7 +79,7 @@ def base(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
 
 @pytest.fixture(scope="module")
 def walks(base: Environment, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with ``my_walks``, recordings of four people, and ``film.json``, keypoints; one for each environment."""
+    """Folder with recordings of four people, ``my_walks``, and with keypoints, ``film.json``."""
     folder = tmp_path_factory.mktemp("walks")
     output = walkers.walking_population(
         np.random.default_rng(8), male=2, female=2, duration_s=3.0, frame_rate_hz=40.0

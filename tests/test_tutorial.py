@@ -1,4 +1,4 @@
-"""The tutorial runs, and its answer is one."""
+"""Tests that the tutorial runs and prints its result."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ TUTORIAL = (ROOT / "tutorial.py").read_text(encoding="utf-8")
 
 
 def run(folder: Path) -> subprocess.CompletedProcess[str]:
-    """The tutorial in a folder, of one draw."""
+    """Run the tutorial with one random draw in a folder, and return its output."""
     where = {"TUTORIAL_FOLDER": str(folder), "TUTORIAL_DRAWS": "1", "OPENBLAS_NUM_THREADS": "1"}
     return subprocess.run(
         [sys.executable, "-W", "error", str(ROOT / "tutorial.py")],
@@ -36,7 +36,7 @@ def run(folder: Path) -> subprocess.CompletedProcess[str]:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Folder that the tutorial leaves behind."""
+    """Folder with the files that the tutorial writes."""
     output = tmp_path_factory.mktemp("tutorial")
     done = run(output)
     assert done.returncode == 0, done.stderr

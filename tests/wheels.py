@@ -1,4 +1,4 @@
-"""The wheel of the project, built of what is tracked without anything that is not locked."""
+"""Build and installation of the project's wheel from tracked files, with locked packages only."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ PIP = ("-m", "pip", "--quiet", "--disable-pip-version-check")
 
 
 def build(source: Path, to: Path, umask: int) -> Path:
-    """Build a wheel of what is tracked, copied and built under a umask, with the setuptools of ``.venv``."""
+    """Build a wheel from a copy of the tracked files under the given umask, with the setuptools of ``.venv``."""
     listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
     before = os.umask(umask)
     try:
@@ -33,7 +33,7 @@ def build(source: Path, to: Path, umask: int) -> Path:
 
 
 def install(wheel: Path, folder: Path) -> Path:
-    """Install a wheel and the packages of ``requirements-light.lock`` in a new environment; return its Python."""
+    """Install a wheel and its locked packages in a new environment; return the path of its Python."""
     subprocess.run([sys.executable, "-m", "venv", str(folder)], check=True)
     python = folder / "bin" / "python"
     lock = ["--require-hashes", "-r", str(ROOT / "requirements-light.lock")]

@@ -1,4 +1,4 @@
-"""3D walks from one camera: our extension of the methods of the four papers.
+"""Extensions of `pipeline`: 3D walks from the film of one camera, error bars, point-light displays and motion export.
 
 anatomy/      the anatomical prior, with error bars; its studies and claims
 film/         a film or keypoints of one camera to a walk in 3D; detectors' formats; its studies and claims
@@ -22,7 +22,7 @@ __all__ = ["angles", "calibrate", "from_view", "pointlight", "reconstruct", "wal
 
 
 def __getattr__(name: str) -> Any:
-    """Return a function of `walk3d.api`, or the package `pointlight`; import either at its first use."""
+    """Import a function of `walk3d.api`, or the package `pointlight`, when it is first used, and return it."""
     import importlib
 
     if name == "pointlight":

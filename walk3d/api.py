@@ -58,7 +58,7 @@ class CalibratedModel(WalkersModel):
 
 @shortened
 class ShippedWalkers(LinearModel):
-    """Average walker and eigenwalkers of the model that is part of this package.
+    """Average walker and eigenwalkers of the model that is shipped with this package.
 
     Attributes
     ----------
@@ -73,7 +73,7 @@ class ShippedWalkers(LinearModel):
 
 
 class _Known(TypedDict, total=False):
-    """Facts that are known about a film: fields of `walk3d.film.reconstruct.clip.Input`."""
+    """Optional facts about a film, as in the fields of `walk3d.film.reconstruct.clip.Input`."""
 
     frame_rate_hz: float
     layout: str
@@ -127,7 +127,7 @@ def reconstruct(
 def calibrate(
     model: WalkersModel | ShippedWalkers, walks: Sequence[FourierRepresentation], people: Sequence[str] = ()
 ) -> CalibratedModel | ShippedWalkers:
-    """Return a model that is calibrated for another laboratory with a few of this laboratory's 3D walks.
+    """Calibrate a model for another laboratory, from the 3D walks of a few people recorded there.
 
     The walks show that laboratory's joint definitions and body sizes: their difference from the model's average walker,
     beyond the differences between people.  `from_view` then reconstructs other people of that laboratory.
@@ -148,7 +148,10 @@ def calibrate(
     """
     if not isinstance(model, WalkersModel | ShippedWalkers):
         raise InvalidInput(
-            "must be what fit(walks) or walkers() returns", "model", received=repr(model), code="wrong_type"
+            "must be a model that fit(walks) or walkers() returned",
+            "model",
+            received=repr(model),
+            code="wrong_type",
         )
     if not walks:
         raise InvalidInput("needs at least one walk", "walks", received="none", code="no_walks")
@@ -187,7 +190,7 @@ def from_view(
     noise_variance_mm2: float = 70.0,
     laboratory: str = "known",
 ) -> Reconstruction:
-    """Return the reconstruction of a walk from one view, with error bars.
+    """Reconstruct a walk from one view, with error bars.
 
     Parameters
     ----------
@@ -235,13 +238,16 @@ def from_view(
         return Reconstruction(walk_from_view, covariance, multipliers, walkers_left_out)
     if not isinstance(model, WalkersModel | ShippedWalkers):
         raise InvalidInput(
-            "must be what fit(walks) or walkers() returns", "model", received=repr(model), code="wrong_type"
+            "must be a model that fit(walks) or walkers() returned",
+            "model",
+            received=repr(model),
+            code="wrong_type",
         )
     if any(abs(each.ravel() - sample_of(walk)).max() < SAME_WALK_MM for each in laboratory_walks):
         raise InvalidInput(
             "must not contain the walk to reconstruct",
             "model",
-            received="a model with this walk",
+            received="a model that was learnt from or calibrated with this walk",
             code="same_walk",
         )
     if isinstance(model, WalkersModel):
@@ -259,7 +265,7 @@ def from_view(
 def walkers(
     height_mm: float = HEIGHT_MM, components: int = 30, *, model_folder: str | Path | None = None
 ) -> ShippedWalkers:
-    """Return the average walker and the eigenwalkers of the package's model, as input of `from_view`.
+    """Return the average walker and the eigenwalkers that are shipped with this package, for use in `from_view`.
 
     They have two harmonics and the mean pelvis as origin, like walks from `pipeline.represent`.  The model's card,
     ``walk3d/film/reconstruct/walkers/CARD.md``, lists its people.  Walkers of another laboratory need
@@ -304,7 +310,7 @@ def walkers(
 
 
 def angles(motion: MotionCapture, skeleton: str = "auto", subject: str = "") -> dict[str, np.ndarray]:
-    """Return the flexion (T,), degrees, of hips, knees, shoulders and elbows by name, and the times ``time_s``.
+    """Return a dictionary with the flexion (T,) of hips, knees, shoulders and elbows, degrees, and the times, s.
 
     Names are ``left_knee_deg``, …; a frame in which a joint is missing has no angle (NaN).  `joint_angles` explains
     signs and zeros.  ``pandas.DataFrame(angles(motion))`` is a table.
@@ -357,7 +363,7 @@ def write(motion: MotionCapture, path: str | Path, *, skeleton: str = "", replac
     """
     if not isinstance(motion, MotionCapture):
         raise InvalidInput(
-            "must be what read(path) returns", "motion", received=repr(motion), code="wrong_type"
+            "must be a recording that read(path) returned", "motion", received=repr(motion), code="wrong_type"
         )
     if motion.names == WALKER15.joints and motion.up is UpAxis.z:
         skeleton = skeleton or "walker15"

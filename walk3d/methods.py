@@ -1,4 +1,4 @@
-"""Methods that this package adds to `pipeline`."""
+"""Reconstruction methods that `walk3d` adds to the package `pipeline`."""
 
 from walk3d.anatomy import method as anatomy
 from walk3d.film.reconstruct.shipped_prior import prior_method

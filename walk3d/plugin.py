@@ -1,4 +1,4 @@
-"""Additions of this package to `pipeline`."""
+"""Commands, configuration, methods, studies and page scripts that `walk3d` adds to the package `pipeline`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Studies that this package adds to `pipeline`."""
+"""Studies that `walk3d` adds to the package `pipeline`."""
 
 from walk3d import author
 from walk3d.anatomy import study as anatomy

@@ -22,7 +22,10 @@ shape is assumed.
 """
 
 STATURE_MM = {True: (1755.8, 66.8), False: (1629.4, 63.6)}
-"""Mean and SD of stature, mm, of men (True) and women.  Published: Gordon et al. 1989 (men ✓)."""
+"""Mean and standard deviation of the stature of men (True) and women (False), mm.
+
+Published: Gordon et al. 1989 (men ✓).
+"""
 
 GROWTH_AGE_YEARS = (13.0, 14.0, 15.0, 16.0, 17.0, 18.0)
 GROWTH = {
@@ -45,7 +48,7 @@ Drillis & Contini 1966 heights (hip 0.530, shoulder 0.818, chin 0.870).
 """
 
 LEG_SHARE_CV, TRUNK_SHARE_CV, ARM_SHARE_CV, SEGMENT_CV, HEAD_CV = 0.025, 0.02, 0.025, 0.012, 0.05
-"""Coefficients of variation of five body proportions at equal stature.
+"""Coefficients of variation of five body proportions among people of equal stature.
 
 They are for the leg, the trunk, the arm, one segment relative to its neighbour, and the head.  Assumed from Gordon
 et al. 1989 (crotch height, sleeve: residual SD 2–3 %).
@@ -53,7 +56,7 @@ et al. 1989 (crotch height, sleeve: residual SD 2–3 %).
 
 BIACROMIAL_MM = {True: (397.0, 18.0), False: (362.6, 17.4)}
 BIACROMIAL_TO_SHOULDER_CENTRES = 0.90
-"""Mean and SD of the breadth between the acromia, mm, and breadth between shoulder centres relative to it.
+"""Mean and SD of biacromial breadth, mm, and the ratio of the distance between shoulder centres to this breadth.
 
 The breadth is published: Gordon et al. 1989.  The shoulder centres are assumed 18 mm inside each acromion.
 """
@@ -71,7 +74,7 @@ Read: Gordon et al. 1989 (0.3–0.5).
 """
 
 LEG_INEQUALITY_SD_MM = 5.0
-"""SD of the length difference between right and left leg, mm.
+"""Standard deviation of the difference in length between the right and the left leg of a person, mm.
 
 Order of magnitude published: Knutson 2005 (mean magnitude 5.2 mm).
 """

@@ -112,7 +112,7 @@ def learn(
     samples = _all_postures(performances)
     if not np.ptp(samples, axis=0).any():
         raise InvalidInput(
-            "the postures are all the same: they span no space",
+            "the postures are all identical, so they span no aSpace",
             received=f"{len(samples)} postures",
             code="identical_postures",
             count=len(samples),
@@ -140,7 +140,7 @@ def _all_postures(performances: Sequence[np.ndarray]) -> np.ndarray:
     samples = np.concatenate(arrays)
     if len(samples) < 2:
         raise InvalidInput(
-            "one posture alone spans no space",
+            "an aSpace cannot be learnt from one posture",
             expected="2 or more",
             received=len(samples),
             code="too_few_postures",

@@ -26,7 +26,7 @@ LEVEL = 0.95
 def resampling_weights(
     clusters: int, generator: np.random.Generator, *, resamples: int = RESAMPLES
 ) -> np.ndarray:
-    """Return how often each cluster occurs in each replicate, (B, C) int.
+    """Draw bootstrap replicates: return the number of times that each cluster occurs in each replicate, (B, C) int.
 
     Each replicate draws C clusters with replacement, so that rows sum to C.
 
@@ -39,14 +39,14 @@ def resampling_weights(
 
 
 def sums_by_cluster(values: np.ndarray, cluster: np.ndarray, clusters: int) -> np.ndarray:
-    """Return the sums (C, …), one for each cluster, of the rows (n, …) with cluster indices (n,) int."""
+    """Return the sum of the rows (n, …) in each cluster, (C, …), from the cluster index (n,) of each row."""
     total = np.zeros((clusters, *values.shape[1:]))
     np.add.at(total, cluster, values)
     return total
 
 
 def weighted_means(values: np.ndarray, cluster: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Return the mean (B, …) over rows (n, …) in every replicate; NaN if a replicate contains no row.
+    """Return the weighted mean of rows (n, …) in every bootstrap replicate, (B, …); NaN if a replicate contains no row.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def weighted_means(values: np.ndarray, cluster: np.ndarray, weights: np.ndarray)
 
 
 def weighted_medians(values: np.ndarray, cluster: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Return the median (B, …) over rows (n, …) in every replicate; NaN if a replicate contains no row.
+    """Return the median of rows (n, …) in every bootstrap replicate, (B, …); NaN if a replicate contains no row.
 
     With an even number of rows it is the mean of the two middle values.
     """
@@ -90,7 +90,7 @@ def weighted_medians(values: np.ndarray, cluster: np.ndarray, weights: np.ndarra
 
 
 def percentile_interval(replicates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lower and upper end (…) of the central percentile interval of replicates (B, …).
+    """Return the lower and the upper end (…) of the 95 % percentile interval of bootstrap replicates (B, …).
 
     Raises
     ------
@@ -105,20 +105,20 @@ def percentile_interval(replicates: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     """
     if not len(replicates):
         raise InvalidInput(
-            "there are no replicates", expected="one or more", received="0", code="no_replicates"
+            "there are no bootstrap replicates", expected="one or more", received="0", code="no_replicates"
         )
     low, high = np.percentile(replicates, [50.0 * (1.0 - LEVEL), 50.0 * (1.0 + LEVEL)], axis=0)
     return low, high
 
 
 FEWEST_CORRECTED = 10
-"""Smallest number of clusters for a bias-corrected (BCa) interval; with fewer, Student's interval is used."""
+"""Smallest number of clusters for a bias-corrected (BCa) interval; Student's interval is used for fewer clusters."""
 
 
 def cluster_interval(
     value: float, replicates: np.ndarray, left_out: np.ndarray, clusters: int
 ) -> tuple[float, float]:
-    """Return the confidence interval of a statistic over clusters, corrected for small numbers of clusters.
+    """Return the confidence interval of a statistic over clusters, corrected for a small number of clusters.
 
     Of ten clusters and more, bias-corrected and accelerated percentiles, their levels expanded by Student's quantile
     and ``sqrt(C / (C - 1))``, which the percentiles of few clusters lack; of fewer, Student's interval with the
@@ -157,7 +157,9 @@ def cluster_interval(
 
 
 def mean_interval(draws: np.ndarray, *, more: float = 0.0) -> tuple[float, float]:
-    """Return Student's interval of the mean from draws (B,), or with ``more=1`` of one further draw."""
+    """Return Student's confidence interval of a mean from draws (B,), or the interval for one further draw if
+    ``more=1``.
+    """
     width = np.sqrt(more + 1.0 / len(draws)) * draws.std(ddof=1)
     reach = special.stdtrit(len(draws) - 1, 0.5 * (1.0 + LEVEL)) * width
     return float(draws.mean() - reach), float(draws.mean() + reach)

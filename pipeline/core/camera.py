@@ -37,7 +37,7 @@ def vertical(motion: np.ndarray) -> np.ndarray:
 
 
 def missing_dimension(motion: np.ndarray, view_angle_rad: float | np.ndarray) -> np.ndarray:
-    """Return the coordinate that the projection loses: -sin(alpha) x + cos(alpha) y."""
+    """Return the coordinate along the viewing direction, which the image lacks: -sin(alpha) x + cos(alpha) y."""
     return -np.sin(view_angle_rad) * motion[..., 0] + np.cos(view_angle_rad) * motion[..., 1]
 
 

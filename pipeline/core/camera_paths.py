@@ -1,4 +1,4 @@
-"""Camera paths: cameras that walk around a target, or shake in the hand (park2011 sections 4 and 5).
+"""Camera paths: cameras that move around a target, or that are hand-held (park2011 sections 4 and 5).
 
 All look at a target from a distance, upright.  The focal length grows with the distance (`px_per_mm`), so the target
 keeps its size in the image and a far camera is the orthographic limit.  Azimuth 0 is a camera on +y, ahead of a person
@@ -16,7 +16,7 @@ DISTANCE_MM, PX_PER_MM = 4000.0, 0.25
 """Distance, mm, and image scale, px/mm, of the default camera; its focal length is therefore 1000 px."""
 
 SWAY_WAVES = 4
-"""Number of slow waves in the sway of a hand; they have half a period to two periods in the clip."""
+"""Number of slow sine waves in the sway of a hand-held camera; each has 0.5 to 2 periods in the clip."""
 
 
 def around(
@@ -29,7 +29,7 @@ def around(
     height_mm: float = 0.0,
     px_per_mm: float = PX_PER_MM,
 ) -> Pinhole:
-    """Return a camera that moves around the target at constant height, distance and speed.
+    """Return the path of a camera that moves around a target at constant height, distance and speed.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def hand_held(
     sway_mm: float = 60.0,
     tremor_mm: float = 15.0,
 ) -> Pinhole:
-    """Return the same camera path, hand-held: with slow sway and tremor, but still directed at the target.
+    """Return the path of a camera as if it were hand-held: with slow sway and tremor, still directed at the target.
 
     Parameters
     ----------
@@ -93,7 +93,10 @@ def hand_held(
         If the camera does not have frames of one K, an amplitude is negative, or the target is none.
     """
     if camera.frames is None or camera.intrinsics.ndim > 2 or camera.centre.ndim < 2:
-        raise InvalidInput("a path to shake has one K and a centre for each frame", code="not_a_path")
+        raise InvalidInput(
+            "a hand-held camera path needs a centre for each frame, and one intrinsic matrix K for all frames",
+            code="not_a_path",
+        )
     require_range("sway_mm", sway_mm, at_least=0.0)
     require_range("tremor_mm", tremor_mm, at_least=0.0)
     frames = camera.frames

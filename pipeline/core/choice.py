@@ -1,4 +1,4 @@
-"""Choices that do not depend on rounding errors: of a minimum, of evenly spaced indices, of a typical sample.
+"""Choice of a minimum, of evenly spaced indices and of a typical sample, independent of rounding errors.
 
 The last digits of a sum depend on the processor.  Where two candidates tie, the lower of the two computed values may
 therefore be either; the rule here takes the first candidate that is not worse by more than a stated relative margin.
@@ -15,7 +15,7 @@ MARGIN = 1e-10
 
 
 def first_lowest(values: np.ndarray, *, axis: int = -1, margin: float = MARGIN) -> np.ndarray:
-    """Return the index along an axis of the first value that equals the minimum within a relative margin.
+    """Return the index of the first value along an axis that equals the minimum within a relative margin.
 
     Parameters
     ----------
@@ -41,9 +41,9 @@ def evenly(wanted: int, count: int) -> np.ndarray:
 
 
 def nearest_to_medians(errors_of: Mapping[str, np.ndarray]) -> int:
-    """Return the index of the sample whose errors are most typical.
+    """Return the index of the sample whose errors are nearest to the median error of each method.
 
-    Its errors (R,) have the smallest ratios to the median error of each method.
+    The distance is the sum of the absolute logarithms of the ratios of error and median.
 
     Examples
     --------

@@ -26,7 +26,7 @@ def parseval_weights(blocks: int) -> np.ndarray:
 
 
 def absolute_error(delta: np.ndarray, residual_power: np.ndarray | float = 0.0) -> np.ndarray:
-    """Return E_abs of each joint (…, J), mm².
+    """Return the mean squared error of each joint over a cycle, E_abs (…, J), mm².
 
     It is computed from coefficient differences (…, 1 + 2H, J) [zhang2007 4.1] [zhang2004 11].
 
@@ -37,7 +37,7 @@ def absolute_error(delta: np.ndarray, residual_power: np.ndarray | float = 0.0) 
 
 
 def absolute_error_over_time(original: np.ndarray, reconstructed: np.ndarray) -> np.ndarray:
-    """Return E_abs of each joint (J,), mm², as a mean over the frames of two motions (T, J).
+    """Return the mean squared error of each joint, E_abs (J,), mm², over the frames of two motions (T, J).
 
     This is the published form [zhang2007 4.1] [zhang2004 11].
     """
@@ -45,12 +45,15 @@ def absolute_error_over_time(original: np.ndarray, reconstructed: np.ndarray) ->
 
 
 def relative_error(absolute: np.ndarray, variance: np.ndarray | float) -> np.ndarray:
-    """Return E_rel: E_abs divided by the variance of the missing dimension [zhang2007 4.3] [zhang2004 12]."""
+    """Return the relative error E_rel: E_abs divided by the variance of the missing dimension [zhang2007 4.3]
+    [zhang2004 12].
+    """
     return absolute / variance
 
 
 def walker_error(per_joint: np.ndarray) -> np.ndarray:
-    """Return the error E_a or E_r of a walker: the mean over joints [zhang2007 4.2] [zhang2007 4.4] [zhang2004 13].
+    """Return the error of a walker, the mean of joint errors E_abs or E_rel [zhang2007 4.2] [zhang2007 4.4]
+    [zhang2004 13].
 
     The joints are the last axis.
 
@@ -63,7 +66,7 @@ def walker_error(per_joint: np.ndarray) -> np.ndarray:
 
 
 def along_missing(covariance: np.ndarray, view_angle_rad: np.ndarray) -> np.ndarray:
-    """Return the variance (A, …) along the missing dimension at A view angles, from covariances (…, 3, 3)."""
+    """Return the variance (A, …) along the viewing direction at A view angles, from covariance matrices (…, 3, 3)."""
     angle = np.asarray(view_angle_rad).reshape(-1, *([1] * (covariance.ndim - 2)))
     c, s = np.cos(angle), np.sin(angle)
     return s**2 * covariance[..., 0, 0] - 2 * s * c * covariance[..., 0, 1] + c**2 * covariance[..., 1, 1]
@@ -76,7 +79,7 @@ def missing_variance(
     *,
     kind: str = "temporal",
 ) -> np.ndarray:
-    """Return the mean variance of the fifteen joints in the missing dimension at A view angles, (A,) mm².
+    """Return the variance of the missing dimension at A view angles, averaged over the fifteen joints, (A,) mm².
 
     The paper calls it the average overall variance.
 

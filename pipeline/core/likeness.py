@@ -1,4 +1,4 @@
-"""Similarity of the people in two recordings, by the proportions of their limbs and by their postures.
+"""Similarity of two recorded people, by the proportions of their limbs and by their postures.
 
 A copy may be cut, shifted, resampled, mirrored, resized or noisy.  Two differences tell people apart, whatever the
 place, heading, size, side and order in time:
@@ -45,7 +45,7 @@ _LEAST_LIMBS, _LEAST_POSTURES, _MOST_ASKED = 6, 5, 300
 
 @dataclass(frozen=True)
 class Likeness:
-    """Limb lengths and postures of the person in a recording.
+    """Limb lengths and postures of a recorded person, for comparison with other recordings.
 
     Attributes
     ----------
@@ -60,7 +60,7 @@ class Likeness:
 
 
 def likeness(positions: np.ndarray, valid: np.ndarray, frame_rate_hz: float) -> Likeness:
-    """Return the limb lengths and postures of the person in a recording.
+    """Return the limb lengths and postures of a recorded person, for comparison with other recordings.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def likeness(positions: np.ndarray, valid: np.ndarray, frame_rate_hz: float) -> 
 
 
 def limb_differences(one: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Return the differences (N,), per cent, between limb lengths (8,) and those of N other people (N, 8).
+    """Return the difference in limb proportions, per cent, between one person (8,) and each of N others (N, 8).
 
     Each difference is the smaller one of the two to the other person and to the person's mirror image.
 
@@ -105,7 +105,7 @@ def limb_differences(one: np.ndarray, others: np.ndarray) -> np.ndarray:
 
 
 def posture_difference_mm(one: np.ndarray, other: np.ndarray) -> float:
-    """Return the distance, mm per joint, between the postures (N, 15, 3) of two recordings.
+    """Return the distance per joint, mm, between two recordings by their postures (N, 15, 3).
 
     It is the smaller one of the two to the other recording and to the recording's mirror image.
     """
@@ -116,7 +116,7 @@ def posture_difference_mm(one: np.ndarray, other: np.ndarray) -> float:
 
 
 def _median_distance(asked: np.ndarray, among: np.ndarray) -> float:
-    """Return the median distance, mm per joint, from postures to their nearest neighbours among other postures.
+    """Return the median distance, mm per joint, from each posture to the nearest posture of another recording.
 
     Infinite if too few postures have all joints.
     """

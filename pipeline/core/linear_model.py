@@ -24,13 +24,13 @@ from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput, require_choice, require_count, require_range
 
 _SAME_MAGNITUDE = 1e-6
-"""Relative difference below which two entries of a component count as equal; the first then fixes the sign."""
+"""Relative tolerance for ties among the largest entries of an eigenvector; the first one gets a positive sign."""
 
 _WELL_DETERMINED = 1e-5
-"""Ratio of smallest to largest variance above which variances are computed from products of samples."""
+"""Ratio of eigenvalues, smallest to largest, above which they may be computed from a product of sample matrices."""
 
 _MANY, _FOLDS_AT_A_TIME = 4, 64
-"""Samples per dimension from which cross-validation folds share sums, and number of folds that share one sum."""
+"""Number of samples per dimension above which cross-validation folds share sums of products, and folds per sum."""
 
 _NO_VARIATION = 1e-12
 """Standard deviation along an eigenwalker, relative to the largest one, below which it is rounding error."""
@@ -74,7 +74,7 @@ def flatten(coefficients: np.ndarray, frequency_hz: np.ndarray | None = None) ->
 
 
 def unflatten(rows: np.ndarray) -> np.ndarray:
-    """Return the Fourier representations (…, 1 + 2H, 15, 3) of rows (…, D); a trailing frequency is dropped."""
+    """Return the Fourier representations (…, 1 + 2H, 15, 3) of flattened walks (…, D), without the frequency."""
     rows, joints = np.asarray(rows), len(WALKER15.joints)
     blocks = rows.shape[-1] // (3 * joints)
     return rows[..., : 3 * joints * blocks].reshape(*rows.shape[:-1], blocks, joints, 3)
@@ -144,7 +144,7 @@ def fit(
 def _model(
     mean: np.ndarray, squares: np.ndarray, components: np.ndarray, divisor: int, last_scale: float
 ) -> LinearModel:
-    """Return the linear model from squared singular values and the retained directions."""
+    """Return a linear model from squared singular values of the samples and the retained principal directions."""
     largest = first_lowest(-np.abs(components), margin=_SAME_MAGNITUDE)
     signs = np.where(components[np.arange(len(components)), largest] < 0, -1.0, 1.0)
     variances = squares / divisor
@@ -158,7 +158,7 @@ def _model(
 
 
 def _principal_directions(centred: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the squares of all singular values, largest first, and the first `count` right singular vectors as rows.
+    """Return all squared singular values, largest first, and the first `count` right singular vectors as rows.
 
     A few of many come from the eigenvectors of the samples' products, three times as fast as from the singular value
     decomposition: rounding of the products is 1e-16 of the largest square, so that the directions are good to 1e-11
@@ -184,7 +184,7 @@ def leave_one_out(
     scale_last: float | None = 1.0,
     only: Sequence[int] | None = None,
 ) -> Iterator[tuple[LinearModel, int]]:
-    """Yield (model learnt without the person of walk r, r) for every walk r in order: leave one person out.
+    """Yield (model, r) for each walk r in order, where the model is fitted without the person of walk r.
 
     Parameters
     ----------
@@ -210,7 +210,7 @@ def leave_one_out(
     labels = np.arange(len(samples)) if groups is None else np.asarray(groups)
     if labels.shape != samples.shape[:1] or (mirrors is not None and np.shape(mirrors) != samples.shape):
         raise InvalidInput(
-            "groups or mirrors do not match the walkers",
+            "the array of groups or of mirrored walkers has the wrong shape",
             expected=f"groups {samples.shape[:1]}, mirrors {samples.shape}",
             received=f"groups {labels.shape}" + ("" if mirrors is None else f", mirrors {np.shape(mirrors)}"),
             code="mismatch",
@@ -250,7 +250,7 @@ def leave_one_out(
 def _moments_without(
     rows: np.ndarray, owners: np.ndarray, people: np.ndarray
 ) -> Iterator[tuple[np.ndarray, np.ndarray, int]]:
-    """Yield mean (D,), products of deviations (D, D) and number of the rows that remain without each person.
+    """Yield mean (D,), scatter matrix (D, D) and number of the samples that remain without each person.
 
     Rows of other people are summed once. No sum is subtracted again, so that the person who is left out
     moves no digit.
@@ -275,7 +275,7 @@ def leave_two_out(
     divisor: str = "R-1",
     scale_last: float | None = 1.0,
 ) -> Iterator[tuple[LinearModel, int, int]]:
-    """Yield (model learnt without groups g and h, g, h) for every pair g < h: inner folds of nested cross-validation.
+    """Yield (model, g, h) for each pair of groups g < h, where the model is fitted without both groups.
 
     Parameters
     ----------
@@ -304,14 +304,14 @@ def leave_two_out(
 
 
 def truncated(model: LinearModel, n_components: int) -> LinearModel:
-    """Return the model with its first `n_components` components only."""
+    """Return the linear model with only its first `n_components` components."""
     return replace(
         model, components=model.components[:n_components], eigenvalues=model.eigenvalues[:n_components]
     )
 
 
 def without_joints(rows: np.ndarray, measured: np.ndarray) -> np.ndarray:
-    """Return samples or eigenwalkers (…, D) with zeros for joints that were not measured.
+    """Return samples or eigenwalkers (…, D) with zeros in place of joints that were not measured.
 
     Where every joint was measured, they are returned as they are.
 
@@ -329,7 +329,7 @@ def without_joints(rows: np.ndarray, measured: np.ndarray) -> np.ndarray:
 
 
 def of_measured(model: LinearModel, measured: np.ndarray) -> LinearModel:
-    """Return the model for a walker with unmeasured joints, in which the entries of these joints are zero.
+    """Return the linear model for a walker with unmeasured joints: its entries for these joints are zero.
 
     Rows of the missing joints are zero, so that they neither count as observed nor add to an error; eigenwalkers are
     then not orthonormal.
@@ -349,14 +349,14 @@ def of_measured(model: LinearModel, measured: np.ndarray) -> LinearModel:
 
 
 def largest_coefficients(model: LinearModel, samples: np.ndarray) -> np.ndarray:
-    """Return the largest magnitude (N,), mm, of each coefficient over samples (R, D)."""
+    """Return the largest magnitude (N,), mm, that each model coefficient has among the samples (R, D)."""
     return np.abs(coefficients(model, samples)).max(axis=0)
 
 
 def coefficients(
     model: LinearModel, samples: np.ndarray, *, measured: np.ndarray | None = None
 ) -> np.ndarray:
-    """Return the coefficients (R, N), mm, of samples (R, D), using the measured joints (15,) only."""
+    """Return the model coefficients (R, N), mm, of samples (R, D), from the measured joints (15,) only."""
     scaled = np.array(samples, float)
     scaled[:, -1] *= model.last_scale
     if measured is None or measured.all():
@@ -368,7 +368,7 @@ def coefficients(
 
 @dataclass(frozen=True)
 class WhitenedModel:
-    """Linear model in whitened form, split into x, y and z for fast sweeps over view angles.
+    """Linear model whose eigenwalkers are multiplied by their standard deviations, split into x, y and z.
 
     Attributes
     ----------
@@ -392,7 +392,7 @@ class WhitenedModel:
 
 
 def whiten(model: LinearModel, *, prior: bool = True) -> WhitenedModel:
-    """Return the whitened form, split into x, y and z, of a model with 225 or 226 numbers (frequency last).
+    """Return a linear model with eigenwalkers multiplied by their standard deviations, and split into x, y and z.
 
     Without a `prior` the eigenwalkers keep their length, as approach I has them, but for those along which the
     training walkers do not vary (zero eigenvalues, to rounding): their directions are arbitrary.

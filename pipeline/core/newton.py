@@ -24,7 +24,7 @@ Slopes = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 @dataclass(frozen=True)
 class BracketedMinima:
-    """Minima of A functions of one variable.
+    """Minima of A functions of one variable, with the convergence and the number of iterations of each.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ def minimise(
     most_iterations: int,
     curvature: np.ndarray,
 ) -> BracketedMinima:
-    """Find the minima of A functions: zeros of their slopes, or the ends of the brackets towards which they fall.
+    """Find the minimum of each of A functions within its bracket, from the slopes of the functions.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Perspective camera (park2011 section 2), also the known camera of a tracker (mozerov2006 section 1).
+"""Perspective camera (park2011 section 2), also used as the known camera of the tracker (mozerov2006 section 1).
 
 Symbols
 -------
@@ -18,7 +18,7 @@ from pipeline.shortened import shortened
 from pipeline.validation import InvalidInput, require_shape
 
 _ROUNDING = 1e-6
-"""Largest entry of R R^T - I in a rotation; files often contain rotations with only seven digits."""
+"""Tolerance for the entries of R R^T - I; files often contain rotation matrices with only seven digits."""
 
 
 @shortened
@@ -72,8 +72,8 @@ class Pinhole:
             object.__setattr__(self, name, value)
         if len(frames) > 1:
             raise InvalidInput(
-                "the parts of a camera disagree in their frames",
-                expected="one number of frames",
+                "the arrays of a camera have different numbers of frames",
+                expected="equal numbers of frames",
                 received=" and ".join(map(str, sorted(frames))),
                 code="frames_disagree",
                 frames=sorted(frames),
@@ -147,7 +147,7 @@ class Pinhole:
         return pixels.reshape(*points.shape[:-1], 2)
 
     def rays(self, pixels: np.ndarray) -> np.ndarray:
-        """Return the directions (…, 3) in the world of the rays through pixels (…, 2).
+        """Return the directions (…, 3), in world coordinates, of the rays through pixels (…, 2).
 
         A direction d has a depth of one: the point C + s d is at depth s.
 
@@ -168,7 +168,7 @@ class Pinhole:
         return centre + rays * (ahead[..., None] if ahead.ndim else ahead)
 
     def _by_frame(self, values: np.ndarray, last: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return `values` as floats, in their own shape and flattened.
+        """Return `values` as floats twice: in their original shape, and flattened to a list of vectors.
 
         The flat shape is (n, last), or (F, n, last) for cameras of F frames.
         """
@@ -177,7 +177,7 @@ class Pinhole:
         if values.ndim < 1 + (frames is not None) or values.shape[-1] != last:
             shape = f"(…, {last})" if frames is None else f"({frames}, …, {last})"
             raise InvalidInput(
-                "points for a camera have the wrong shape",
+                "the array of points for a camera has the wrong shape",
                 expected=shape,
                 received=values.shape,
                 code="wrong_shape",
@@ -187,7 +187,7 @@ class Pinhole:
             return values, values.reshape(-1, last)
         if len(values) != frames:
             raise InvalidInput(
-                "points and cameras disagree in their frames",
+                "points and cameras have different numbers of frames",
                 expected=frames,
                 received=len(values),
                 code="frames_disagree",
@@ -197,7 +197,7 @@ class Pinhole:
 
 
 def project_by_matrix(cameras: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Project points to pixels (F, …, 2) with 3 x 4 camera matrices, perspective or affine [park2011 7].
+    """Project points (F, …, 3) to pixels (F, …, 2) with camera matrices, perspective or affine [park2011 7].
 
     The matrices may have any scale.
 
@@ -231,7 +231,7 @@ def look_at(
     *,
     focal_px: float,
 ) -> Pinhole:
-    """Return a camera that looks from a centre to a target, with the vertical of the world upright in the image.
+    """Return an upright camera at a given position that is directed at a target.
 
     The target is at pixel (0, 0).
 
@@ -252,8 +252,8 @@ def look_at(
     distance, across = np.linalg.norm(ahead, axis=-1), np.linalg.norm(right, axis=-1)
     if (across <= 1e-9 * np.maximum(distance, 1e-300)).any():
         raise InvalidInput(
-            "a camera looks along the vertical, or at itself",
-            expected="a target to its side",
+            "the camera is vertically above or below its target, or in the same place",
+            expected="a target with a horizontal distance from the camera",
             code="along_vertical",
         )
     ahead = ahead / distance[..., None]
@@ -278,7 +278,7 @@ def _check_intrinsics(intrinsics: np.ndarray) -> None:
         )
     if matrices[:, [1, 2, 2], [0, 0, 1]].any() or (matrices[:, 2, 2] != 1).any():
         raise InvalidInput(
-            "the intrinsics are not those of a camera",
+            "the camera's intrinsic matrix is invalid",
             expected="zeros below the diagonal and a last row of 0, 0, 1",
             code="invalid_intrinsics",
         )
@@ -291,7 +291,7 @@ def _check_rotation(rotation: np.ndarray) -> None:
         raise InvalidInput(
             "the rotation matrix of a camera is not orthogonal",
             expected="R R^T = I",
-            received=f"{off:.3g} away from it",
+            received=f"a deviation of {off:.3g}",
             code="not_rotation",
         )
     if (np.linalg.det(finite) < 0).any():

@@ -1,4 +1,5 @@
-"""Reconstructibility of a limb from its images: how well the true depth can be chosen (park2011 section 4).
+"""Reconstructibility of a limb: how reliably its depth can be chosen from the images of one camera (park2011 section
+4).
 
 Symbols
 -------
@@ -31,35 +32,35 @@ from pipeline.validation import InvalidInput, require_choice, require_range, req
 
 
 class Reading(StrEnum):
-    """Definitions of the quantity gamma in [park2011 13]."""
+    """Definitions of the limb trajectory gamma from which the reconstructibility is computed [park2011 13]."""
 
     vector = "vector"
-    """Gamma is the trajectory of the limb's end relative to its parent."""
+    """Gamma is the trajectory of a limb's child joint relative to its parent joint."""
     angle = "angle"
-    """Gamma is the angle that the paper defines."""
+    """Gamma is the angle between the limb and the line of sight, as in the paper."""
 
 
 Confidence = Literal["green", "amber", "red"]
 
 GREEN_ABOVE, RED_BELOW = 2.0, 0.95
-"""Thresholds of eta_a from relative trajectories: green above the first, red below the second.
+"""Thresholds of the reconstructibility eta_a: the confidence is green above the first, and red below the second.
 
 In recorded clips, 97 % of the signs are correct above the first, and no sign is below the second.
 """
 
 MARGIN_GREEN_ABOVE, MARGIN_RED_BELOW = 2.0, 1.25
-"""Thresholds of the mirror margin: green above the first, red below the second.
+"""Thresholds of the mirror margin: the confidence is green above the first, and red below the second.
 
 95 % of the signs are correct above the first.  At a margin of one the choice is assumed to be random.
 """
 
 _ROUNDING = 1e-12
-"""Share of a trajectory outside the basis below which it is rounding error."""
+"""Relative norm of a trajectory's component outside the basis below which it counts as rounding error."""
 
 
 @dataclass(frozen=True)
 class Reconstructibility:
-    """Reconstructibility of a limb, or of all limbs of a clip.
+    """Reconstructibility of one limb, or of all limbs of a clip together.
 
     It compares the impostor (the other candidate in every frame) with the truth.
 
@@ -77,7 +78,7 @@ class Reconstructibility:
 
     @property
     def confidence(self) -> Confidence:
-        """Confidence from eta_a of relative trajectories: green above 2, red below 0.95, otherwise amber."""
+        """Confidence from the reconstructibility eta_a: green above 2, red below 0.95, otherwise amber."""
         return _confidence(self.ratio, RED_BELOW, GREEN_ABOVE)
 
 
@@ -90,7 +91,7 @@ def reconstructibility(
     reading: Reading = Reading.vector,
     axis: np.ndarray | None = None,
 ) -> Reconstructibility:
-    """Return the reconstructibility eta_a of the trajectory of a limb [park2011 13].
+    """Return the reconstructibility eta_a of one limb in a clip [park2011 13].
 
     Parameters
     ----------
@@ -127,13 +128,15 @@ def reconstructibility(
 
 
 def of_clip(limbs: Sequence[Reconstructibility]) -> Reconstructibility:
-    """Return the reconstructibility of all limbs of a clip together.
+    """Return the reconstructibility of a clip, from the reconstructibility of each limb.
 
     The squared parts outside the basis are summed over the limbs.
     """
     if not limbs:
         raise InvalidInput(
-            "a clip of no limbs has no reconstructibility", expected="a limb at least", code="no_limbs"
+            "the reconstructibility of a clip needs at least one limb",
+            expected="one limb or more",
+            code="no_limbs",
         )
     truth, impostor = (np.hypot.reduce([getattr(x, name) for x in limbs]) for name in ("truth", "impostor"))
     return _compared(truth, impostor, 0.0)
@@ -153,7 +156,8 @@ def confidence_of_mirror_margin(margin: float) -> Confidence:
 
 
 def viewing_angles(directions: np.ndarray, axis: np.ndarray) -> np.ndarray:
-    """Return the angles gamma (F,), 0 to pi rad, between limbs (F, 3) and directions (F, 3) from camera to parent.
+    """Return the angle gamma (F,), 0 to pi rad, between a limb (F, 3) and the direction (F, 3) from camera to parent
+    joint.
 
     The vectors may have any length.
 
@@ -169,7 +173,7 @@ def viewing_angles(directions: np.ndarray, axis: np.ndarray) -> np.ndarray:
 
 
 def view_from_the_camera(gamma: np.ndarray, distance: float) -> np.ndarray:
-    """Return the angles alpha (…), rad, between the two ends of a limb as seen from the camera (park2011 section 4).
+    """Return the angle alpha (…), rad, between the two ends of a limb as seen from the camera (park2011 section 4).
 
     alpha = atan(sin gamma / (l + cos gamma)) is not linear in gamma, so that a basis that spans gamma does not span
     alpha; far away it vanishes.
@@ -191,7 +195,7 @@ def view_from_the_camera(gamma: np.ndarray, distance: float) -> np.ndarray:
 
 
 def outside(basis: np.ndarray, trajectory: np.ndarray) -> float:
-    """Return the norm of the part of a trajectory (F,) or (F, D) outside the basis.
+    """Return the norm of a trajectory's component outside a basis, for a trajectory (F,) or (F, D).
 
     Parameters
     ----------
@@ -214,18 +218,18 @@ def outside(basis: np.ndarray, trajectory: np.ndarray) -> float:
 
 
 def _checked(basis: np.ndarray, trajectory: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return a basis (F, K) and a trajectory as (F, D), or raise InvalidInput."""
+    """Check a basis (F, K) and a trajectory, and return both, the trajectory with shape (F, D)."""
     basis, c = np.asarray(basis, float), np.asarray(trajectory, float)
     if basis.ndim != 2 or c.ndim not in (1, 2) or len(c) != len(basis):
         raise InvalidInput(
-            "basis and trajectory do not fit",
-            expected="(F, K), and (F,) or (F, D)",
+            "basis and trajectory have incompatible shapes",
+            expected="a basis (F, K) and a trajectory (F,) or (F, D)",
             received=f"{basis.shape} and {c.shape}",
             code="mismatch",
         )
     if len(c) < 3:
         raise InvalidInput(
-            "too few frames to tell smooth from not",
+            "too few frames to measure the smoothness of a trajectory",
             expected="3 or more",
             received=len(c),
             code="too_few_frames",
@@ -237,7 +241,7 @@ def _checked(basis: np.ndarray, trajectory: np.ndarray) -> tuple[np.ndarray, np.
         raise InvalidInput(
             "a trajectory or its basis has a number that is not finite",
             f"frame {bad.argmax()}",
-            "only the frames in which the limb was seen",
+            "finite numbers; pass only the frames in which the limb was observed",
             code="not_finite",
         )
     longest = np.linalg.norm(basis, 2) if basis.size else 0.0
@@ -267,7 +271,7 @@ def _confidence(value: float, red_below: float, green_above: float) -> Confidenc
 
 @dataclass(frozen=True)
 class ChoiceResidual:
-    """Residual outside the basis of a trajectory that mixes truth and impostor.
+    """Residual, outside the basis, of a trajectory that is correct in some frames and mirrored in the other frames.
 
     Attributes
     ----------
@@ -285,7 +289,8 @@ class ChoiceResidual:
 
 
 def estimated(truth: np.ndarray, impostor: np.ndarray, choices: np.ndarray) -> np.ndarray:
-    """Return the estimate (F, …): the impostor in frames with b = 1, the truth in frames with b = 0 [park2011 14, 15].
+    """Return a mixed trajectory (F, …): the mirrored one in frames with b = 1, the true one elsewhere
+    [park2011 14, 15].
 
     Parameters
     ----------
@@ -302,8 +307,8 @@ def estimated(truth: np.ndarray, impostor: np.ndarray, choices: np.ndarray) -> n
     truth, impostor, b = (np.asarray(a) for a in (truth, impostor, choices))
     if truth.shape != impostor.shape or b.shape != truth.shape[:1] or not np.isin(b, (0, 1)).all():
         raise InvalidInput(
-            "truth, impostor and choices do not fit",
-            expected="two of one shape, and 0 or 1 for each frame",
+            "the arrays truth, impostor and choices are incompatible",
+            expected="two arrays of equal shape, and 0 or 1 for each frame",
             received=f"{truth.shape}, {impostor.shape} and {b.shape}",
             code="mismatch",
         )
@@ -313,7 +318,7 @@ def estimated(truth: np.ndarray, impostor: np.ndarray, choices: np.ndarray) -> n
 def choice_residual(
     basis: np.ndarray, truth: np.ndarray, impostor: np.ndarray, choices: np.ndarray
 ) -> ChoiceResidual:
-    """Return the squared distance between a mixed trajectory and the basis, with its two parts [park2011 16, 17, 18].
+    """Return the squared distance between a mixed trajectory and the span of a basis [park2011 16, 17, 18].
 
     The minimum over a_hat for a given B.  [park2011 16, 17] measure the chosen trajectory as a whole, [park2011 18]
     as the sum of `within` and `beyond`.

@@ -16,11 +16,11 @@ import numpy as np
 from pipeline.validation import InvalidInput
 
 _ROUNDING = 1e-9
-"""Largest overshoot of the last sample by rounding errors, in samples; such positions count as the last sample."""
+"""Largest overshoot of the last sample by rounding errors, in samples, that interpolation tolerates."""
 
 
 def interpolate(values: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Return the values (N, …) at fractional positions by linear interpolation, x_b + s (x_(b+1) - x_b).
+    """Return the values (N, …) of a sequence at fractional positions, by linear interpolation between samples.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def interpolate(values: np.ndarray, at: np.ndarray) -> np.ndarray:
     if beyond.any():
         index = int(beyond.argmax())
         raise InvalidInput(
-            "a position is beyond the samples",
+            "a position lies outside the sequence",
             f"position {index}",
             f"0 to {last}",
             f"{at[index]:g}",
@@ -70,7 +70,7 @@ def interpolate(values: np.ndarray, at: np.ndarray) -> np.ndarray:
 
 
 def frames_at_rate(frames: int, rate_hz: float, wanted_hz: float) -> np.ndarray:
-    """Return the positions (N,), in samples, at which a clip is read at a lower frame rate.
+    """Return the fractional frame positions (N,) that resample a clip at a lower frame rate.
 
     All frames are returned if the wanted rate is not lower.
 

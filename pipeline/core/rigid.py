@@ -18,18 +18,18 @@ _FLAT = 1e-3
 """Ratio of second to first singular value of a cluster below which its points count as lying on a line."""
 
 _FRAMES = 100
-"""Number of frames, evenly spaced over a clip, in which distances are measured."""
+"""Number of frames, evenly spaced over a clip, in which distances between points are measured."""
 
 _MOST_POINTS = 500
-"""Largest number of points; larger sets are body surfaces, and memory grows with the square of the number."""
+"""Largest number of points that are searched for rigid clusters; larger sets are body surfaces."""
 
 _APART_MM = 1e9
-"""Change assumed for the distance between two points that were never seen together, mm."""
+"""Change assumed for the distance between two points that were never visible in the same frame, mm."""
 
 
 @dataclass(frozen=True)
 class RigidMotion:
-    """Rotation and translation in each frame.
+    """Rotation and translation of a cluster of points in each frame.
 
     NaN in frames with fewer than three visible points, or with visible points on a line.
 
@@ -47,7 +47,7 @@ class RigidMotion:
     residual_mm: np.ndarray
 
     def carry(self, points: np.ndarray) -> np.ndarray:
-        """Move points (Q, 3) of the reference posture to each frame; return (T, Q, 3)."""
+        """Move points (Q, 3) of the reference posture with the rigid motion to each frame; return (T, Q, 3)."""
         return points @ np.swapaxes(self.rotation, 1, 2) + self.translation[:, None]
 
 
@@ -80,7 +80,7 @@ def fit_rigid_motion(reference: np.ndarray, positions: np.ndarray) -> RigidMotio
 def rigid_clusters(
     positions: np.ndarray, tolerance_mm: float, reference: np.ndarray | None = None
 ) -> list[list[int]]:
-    """Return groups of three or more points whose mutual distances stay constant over the clip.
+    """Return groups of three or more points whose distances from each other stay constant over the clip.
 
     The list is empty for more than 500 points, which are a surface.
 

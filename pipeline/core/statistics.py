@@ -67,8 +67,8 @@ def rank_correlation(a: np.ndarray, b: np.ndarray) -> float:
     y = require_shape("the second series to be ranked", np.asarray(b, float), x.shape)
     if not x.size or np.isnan(x).any() or np.isnan(y).any():
         raise InvalidInput(
-            "a series to be ranked is empty or holds NaN",
-            expected="numbers; infinity is the largest",
+            "a series for rank correlation is empty or contains NaN",
+            expected="finite or infinite numbers",
             code="empty_or_nan",
         )
     if (x == x[0]).all() or (y == y[0]).all():

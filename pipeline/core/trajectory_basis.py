@@ -1,4 +1,4 @@
-"""Cosine basis, hard or soft, for smooth trajectories with gaps (park2011 section 2).
+"""Cosine basis for smooth trajectories with gaps, with a hard or a gradual limit of frequency (park2011 section 2).
 
 Symbols
 -------
@@ -25,21 +25,21 @@ import numpy as np
 from pipeline.validation import InvalidInput, require_count, require_finite, require_range, require_shape
 
 EXPONENT = 6.0
-"""Exponent of the penalty of the soft basis; 6 penalises the square of the third derivative."""
+"""Exponent of the penalty on frequency in a soft basis; 6 penalises the square of the third derivative."""
 
 COSINES_PER_S = 8.0
-"""Number of cosines per second of a clip.
+"""Number of cosines in the trajectory basis per second of a clip.
 
 At 3, 4, 6, 8 and 12 cosines per second, the mean error of limbs was 136, 113, 108, 95 and 102 mm. The test
 had 24 clips of varied motion, with moving and shaking cameras, without noise and with noise of 1 px.
 """
 
 _SINGULAR = 1e-9
-"""Singular value (at most one) below which observed frames do not determine a combination of components."""
+"""Smallest singular value, at most one, at which observed frames determine all coefficients of a trajectory."""
 
 
 def cosine_basis(F: int, K: int, *, at: np.ndarray | None = None) -> np.ndarray:
-    """Return the first K orthonormal discrete cosines (type II) over F frames, (F, K) [park2011 2].
+    """Return the first K orthonormal discrete cosines (DCT-II) over F frames, (F, K) [park2011 2].
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def _cosines_at(F: int, K: int, times: np.ndarray) -> np.ndarray:
 
 
 class BasisProducts(NamedTuple):
-    """Products of basis columns, from which Theta^T diag(w) Theta follows for any weights w (F,).
+    """Products of pairs of basis columns, from which Theta^T diag(w) Theta can be computed for any weights w (F,).
 
     With sums = w^T columns it is ``scale * (sums[first] + sums[second])``.
 
@@ -103,7 +103,7 @@ class BasisProducts(NamedTuple):
 
 
 def products(basis: np.ndarray) -> BasisProducts:
-    """Return the products of the columns of a basis (F, K).
+    """Return the products of all pairs of columns of a basis (F, K).
 
     Products of cosines are cosines of sum and difference, 2 K - 1 in all.
 
@@ -134,7 +134,7 @@ def _products_of_cosines(frames: int, components: int) -> BasisProducts:
 
 
 def soft_ridge(components: int, cutoff: float) -> np.ndarray:
-    """Return the penalties R (K,) = (k / k0)^6 of the coefficients.
+    """Return the penalties (K,) on the coefficients of a soft basis: R = (k / k0)^6.
 
     The constant is not penalised; coefficient k0 is halved.
 
@@ -160,7 +160,7 @@ def soft_ridge(components: int, cutoff: float) -> np.ndarray:
 
 @dataclass(frozen=True)
 class TrajectoryBasis:
-    """Trajectory basis of a reconstruction: number of cosines, and cutoff if the basis is soft.
+    """Options of a trajectory basis: number of cosines, and cutoff if high frequencies are penalised (soft basis).
 
     Attributes
     ----------
@@ -184,7 +184,7 @@ class TrajectoryBasis:
 
     @classmethod
     def of_clip(cls, frames: int, frame_rate_hz: float) -> TrajectoryBasis:
-        """Return a hard basis with `COSINES_PER_S` cosines per second, but at most half as many cosines as frames.
+        """Return the default basis of a clip: `COSINES_PER_S` cosines per second, but at most half as many as frames.
 
         Examples
         --------
@@ -201,11 +201,11 @@ class TrajectoryBasis:
 
     @property
     def ridge(self) -> np.ndarray:
-        """Penalties R (K,) of the coefficients; zeros for a hard basis."""
+        """Penalties (K,) on the coefficients: R = (k / k0)^6 for a soft basis, zero for a hard basis."""
         return np.zeros(self.components) if self.cutoff is None else soft_ridge(self.components, self.cutoff)
 
     def rows(self, frames: int, observed: np.ndarray) -> np.ndarray:
-        """Return the basis B (n, K) of the n observed frames.
+        """Return the trajectory basis (n, K) restricted to the n observed frames.
 
         If n is smaller than K, it is (n, n) with the same B B^T.
 
@@ -222,7 +222,7 @@ class TrajectoryBasis:
 def _rows(
     basis: TrajectoryBasis, frames: int, observed: bytes, kind: np.dtype, shape: tuple[int, ...]
 ) -> np.ndarray:
-    """Return `TrajectoryBasis.rows`, cached because many limbs are observed in the same frames."""
+    """Return the trajectory basis restricted to observed frames; cached, because many limbs share these frames."""
     mask = np.frombuffer(observed, kind).reshape(shape)
     rows = restricted(cosine_basis(frames, basis.components), mask, ridge=basis.ridge)
     if len(rows) < basis.components:
@@ -233,7 +233,8 @@ def _rows(
 
 
 def restricted(theta: np.ndarray, observed: np.ndarray, *, ridge: np.ndarray | None = None) -> np.ndarray:
-    """Return the basis B (n, K) of the n observed frames.
+    """Return a basis B (n, K) of the n observed frames, such that ||c||² - ||B^T c||² is the error of the best fit to
+    c.
 
     B = Theta_o L^-T, with L L^T = Theta_o^T Theta_o + diag(R).
 
@@ -263,7 +264,7 @@ def restricted(theta: np.ndarray, observed: np.ndarray, *, ridge: np.ndarray | N
 def coefficients(
     theta: np.ndarray, observed: np.ndarray, values: np.ndarray, *, ridge: np.ndarray | None = None
 ) -> np.ndarray:
-    """Return the coefficients a (K, D) of the trajectory that fits the observed frames best [park2011 2].
+    """Return the coefficients (K, D) of the trajectory that fits the observed frames best [park2011 2].
 
     Parameters
     ----------
@@ -290,7 +291,7 @@ def coefficients(
 
 
 def on_rays(theta: np.ndarray, middle: np.ndarray, direction: np.ndarray) -> np.ndarray:
-    """Return the trajectory (F, 3), mm, nearest to the rays among those in the span of the basis.
+    """Return the trajectory (F, 3), mm, in the span of the basis that is nearest to the image rays.
 
     The length of the limb is not used.  If several trajectories are equally near, the one with the smallest
     norm is returned.
@@ -320,7 +321,8 @@ def on_rays(theta: np.ndarray, middle: np.ndarray, direction: np.ndarray) -> np.
 
 
 def _stacked(theta: np.ndarray, observed: np.ndarray, ridge: np.ndarray | None) -> tuple[int, np.ndarray]:
-    """Return the number of observed frames, and Theta_o stacked above diag(sqrt(R)).
+    """Return the number of observed frames, and the rows of the least squares system: observed basis rows, then
+    penalties.
 
     Raises
     ------
@@ -330,8 +332,8 @@ def _stacked(theta: np.ndarray, observed: np.ndarray, ridge: np.ndarray | None) 
     theta, mask = np.asarray(theta, float), np.asarray(observed)
     if theta.ndim != 2 or mask.shape != theta.shape[:1] or mask.dtype != bool:
         raise InvalidInput(
-            "basis and observed frames do not fit each other",
-            expected="shapes (F, K), (F,) bool",
+            "basis and mask of observed frames have incompatible shapes",
+            expected="a basis (F, K), and a mask (F,) of booleans",
             received=f"{theta.shape}, {mask.shape} {mask.dtype}",
             code="mismatch",
         )
@@ -339,7 +341,7 @@ def _stacked(theta: np.ndarray, observed: np.ndarray, ridge: np.ndarray | None) 
     count = int(mask.sum())
     if count == 0:
         raise InvalidInput(
-            "all frames are missing",
+            "the trajectory was observed in no frame",
             expected="observed frames",
             received=f"none of {frames}",
             code="all_missing",
@@ -356,7 +358,7 @@ def _stacked(theta: np.ndarray, observed: np.ndarray, ridge: np.ndarray | None) 
     singular = np.linalg.svd(rows, compute_uv=False)
     if len(singular) < components or singular[-1] < _SINGULAR:
         raise InvalidInput(
-            f"{count} of {frames} frames were observed, which do not determine {components} components",
+            f"{count} observed frames of {frames} cannot determine {components} basis components",
             expected="fewer components, a soft basis, or shorter gaps",
             code="undetermined",
             observed=count,
@@ -370,8 +372,8 @@ def _check_finite(values: np.ndarray, frames: np.ndarray) -> None:
     wrong = ~np.isfinite(values).all(axis=1)
     if wrong.any():
         raise InvalidInput(
-            "the trajectory is not finite",
+            "the trajectory is not finite in an observed frame",
             f"frame {frames[np.argmax(wrong)]}",
-            "finite numbers in the observed frames",
+            "finite numbers",
             code="not_finite",
         )

@@ -1,4 +1,4 @@
-"""Data of the four papers: numbered equations, the functions that compute them, and the papers' claims."""
+"""Data of the four papers: numbered equations, the functions that compute them, and the claims to reproduce."""
 
 from pipeline.papers.claims import (
     LEAST_PEOPLE,

@@ -1,4 +1,4 @@
-"""Readers of the entries of a paper's file: claims, quantities and explanations."""
+"""Readers for entries of a paper's YAML file: claims, quantities and explanations."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from pipeline.papers.intervals import Interval
 from pipeline.validation import InvalidInput, require_choice
 
 Runs = Mapping[tuple[str, str, str], Run]
-"""Sensitivity runs by data set, group of switches and name of the switch."""
+"""Sensitivity runs by data set, and by group and name of the switch that changes one assumption."""
 
 
 @dataclass(frozen=True)
 class _Limits:
-    """Entry with the bounds of a claim in a paper's file."""
+    """Bounds of a claim, as written in a paper's YAML file."""
 
     agrees: Mapping[str, Any] = field(default_factory=dict)
     close: Mapping[str, Any] = field(default_factory=dict)
@@ -36,7 +36,7 @@ def claim_entry(
     baselines: Mapping[str, Baseline],
     registered: Mapping[tuple[str, str], float],
 ) -> Claim:
-    """Return one claim of a paper, read from its entry in the paper's file.
+    """Return one claim of a paper, read from its entry in the paper's YAML file.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def claim_entry(
         rests_on=(),
     )
     if compared and not measures:
-        raise InvalidInput("no 'class'", where, code="missing_key", key="class")
+        raise InvalidInput("the key 'class' is missing", where, code="missing_key", key="class")
     if compared:
         require_choice(f"{where}, class", measures, list(baselines))
     if claim.baseline and claim.baseline.assumed:
@@ -118,7 +118,7 @@ def claim_entry(
         claim = replace(claim, scope=replace(claim.scope, assumed=assumed))
     if share and (compared or limits.agrees):
         raise InvalidInput(
-            "only a condition without other bounds may have a registered value",
+            "only a claim of kind 'condition' without other bounds may have a registered value",
             f"{where}, bounds",
             code="registered_not_a_condition",
         )
@@ -129,7 +129,7 @@ def claim_entry(
 def _registered(
     name: str, share: float, values: Mapping[tuple[str, str], float]
 ) -> dict[str, Interval] | None:
-    """Return the interval of a relative tolerance around the registered value, by data set.
+    """Return the accepted interval for a condition by data set: a relative tolerance around the registered value.
 
     Return None if the claim has no such tolerance.
     """
@@ -140,17 +140,17 @@ def _registered(
 
 
 def _require_consistent(claim: Claim, where: str, measures: str) -> None:
-    """Raise InvalidInput if parts of a claim contradict each other; `measures` is the claim's class of measures."""
+    """Raise InvalidInput if fields of a claim contradict each other; `measures` is the claim's class of measures."""
     if claim.scope.untestable and (claim.figure or claim.measure or claim.bounds.agrees):
         raise InvalidInput(
-            "is untestable, but has a figure, a measure or bounds",
+            "the claim is marked untestable, but has a figure, a measure or bounds",
             where,
             code="untestable_with_measure",
         )
     criteria.check_bounds(claim, f"{where}, bounds")
     if claim.baseline and claim.baseline.replace and claim.of_baseline is None:
         raise InvalidInput(
-            f"the baseline of the class {measures!r} replaces no word of the measure",
+            f"the baseline of the class {measures!r} replaces no word in the claim's measure",
             where,
             code="baseline_replaces_nothing",
         )
@@ -158,7 +158,7 @@ def _require_consistent(claim: Claim, where: str, measures: str) -> None:
 
 @dataclass(frozen=True)
 class _Why:
-    """Entry of an explanation: its text under the key of its support, and the runs or quantities behind it."""
+    """Explanation as written in a paper's YAML file: its text, and the runs or quantities that support it."""
 
     shown: str = ""
     tested: str = ""
@@ -176,21 +176,24 @@ def _explanation(content: Any, where: str, runs: Runs) -> Explanation:
     supports = [support for support in Support if getattr(why, support)]
     if len(supports) != 1:
         raise InvalidInput(
-            "must have exactly one text",
+            "the explanation must have exactly one of the keys " + ", ".join(Support),
             where,
-            " or ".join(Support),
-            ", ".join(supports) or "none",
+            received=", ".join(supports) or "none",
             code="not_one_text",
         )
     support, words = supports[0], str(getattr(why, supports[0]))
     if (support is Support.TESTED) != bool(why.run or why.beside) or (why.run and why.beside):
         raise InvalidInput(
-            "a tested explanation needs either its 'run' or the quantities to compare ('beside')",
+            "only an explanation with the key 'tested' needs evidence: either the key 'run' or the key 'beside'",
             where,
             code="no_support",
         )
     if not why.run and any(of_run(name) for name in placeholders(words)):
-        raise InvalidInput("quotes numbers of a run, but has no 'run'", where, code="run_not_named")
+        raise InvalidInput(
+            "the explanation quotes numbers of a sensitivity run, but has no key 'run'",
+            where,
+            code="run_not_named",
+        )
     return Explanation(support=support, text=words, run=why.run, comparisons=why.beside)
 
 
@@ -198,7 +201,7 @@ def _short(value: Any, where: str) -> str:
     words = text(value, where)
     if not 0 < len(words) <= LONGEST_SHORT:
         raise InvalidInput(
-            "the short name is too long" if words else "the short name is empty",
+            "the claim's short name is too long" if words else "the claim's short name is empty",
             where,
             f"1 to {LONGEST_SHORT} characters",
             f"{len(words)}",
@@ -208,12 +211,16 @@ def _short(value: Any, where: str) -> str:
 
 
 def _like(name: str, all_claims: Mapping[str, Any], where: str) -> dict[str, Any]:
-    """Return the entry of a claim, completed by the entries to which its key ``like`` leads."""
+    """Return the entry of a claim; missing keys are taken from the claim that its key ``like`` names."""
     body, trail = mapping(all_claims[name], where), {name}
     while (other := body.pop("like", None)) is not None:
         if other not in all_claims or other in trail:
             raise InvalidInput(
-                "must name another claim", f"{where}, like", received=other, code="unknown_claim", name=other
+                "the value must be the name of another claim",
+                f"{where}, like",
+                received=other,
+                code="unknown_claim",
+                name=other,
             )
         trail.add(other)
         body = {**all_claims[other], **body}
@@ -221,7 +228,10 @@ def _like(name: str, all_claims: Mapping[str, Any], where: str) -> dict[str, Any
 
 
 def quantity_entry(key: str, name: str, content: Any, where: str) -> Quantity:
-    """Return a quantity of a paper from its entry.  Raises InvalidInput if the entry is invalid."""
+    """Return a quantity of a paper, read from its YAML entry.
+
+    Raises InvalidInput if the entry is invalid.
+    """
     figure = mapping(content, where).get("figure", "")
     reader = {"measure": lambda value, where: criteria.measure(mapping(value, where), figure, where)}
     return record(Quantity, content, where, readers=reader, name=name, paper=key)

@@ -1,4 +1,4 @@
-"""Claims of the papers: the published value, the measure that gives our value, and the bounds of agreement.
+"""Claims of the papers: each has a published value, a measure that computes our value, and bounds of agreement.
 
 A claim is one number or one sentence of a paper.  Its measure computes our value from a table.  Its bounds give the
 values that agree with the paper, and wider bounds those that are close; the reason for the bounds is recorded.  Each
@@ -18,7 +18,7 @@ from pipeline.papers.measure import Measure
 
 
 class Agreement(StrEnum):
-    """Answer to "does our value agree with the paper?"; a condition is met or not met."""
+    """Verdict on a claim: whether our value agrees with the paper's; a condition is either met or not met."""
 
     AGREES = "agrees"
     CLOSE = "close"
@@ -31,31 +31,31 @@ class Agreement(StrEnum):
 
 
 class Beyond(StrEnum):
-    """Answer to "is the method better than its baseline?", from the interval of their paired difference."""
+    """Verdict on a method: whether it is better than its baseline, from the interval of their paired difference."""
 
     YES = "yes"
     NO = "no"
     WORSE = "worse"
     UNKNOWN = "unknown"
-    """The paired difference has no interval."""
+    """The difference between method and baseline has no confidence interval."""
     NOT_APPLICABLE = "not applicable"
 
 
 class Kind(StrEnum):
-    """Kind of statement that a claim makes."""
+    """Kind of a claim: result, sentence, condition or target."""
 
     RESULT = "result"
-    """A number that a paper publishes."""
+    """Claim about a number that a paper publishes."""
     SENTENCE = "sentence"
-    """A statement in words. We set its threshold, and give the reason for it."""
+    """Claim about a statement in words; we define its numerical threshold, and give the reason for it."""
     CONDITION = "condition"
-    """A count or a setting of the experiment, which is checked but never counted as agreement."""
+    """Count or setting of the experiment, which is checked but never counted as agreement."""
     TARGET = "target"
-    """A target of our own beyond the papers, tested like a result but counted separately."""
+    """Goal of this project beyond the papers, tested like a result but counted separately."""
 
     @property
     def answers(self) -> tuple[Agreement, ...]:
-        """Possible agreements of a claim of this kind, in the order of tables."""
+        """Verdicts that are possible for a claim of this kind, in the order of tables."""
         if self is Kind.CONDITION:
             return (Agreement.MET, Agreement.NOT_MET, Agreement.UNTESTABLE)
         judged = (Agreement.AGREES, Agreement.CLOSE, Agreement.UNDECIDED, Agreement.DIFFERS)
@@ -66,12 +66,12 @@ LONGEST_SHORT = 40
 """Largest number of characters in the short name of a claim."""
 
 LEAST_PEOPLE = {"walks": 10, "clips": 10, "performances": 3}
-"""Smallest number of people that can decide a claim, by the kind of clips that the paper uses."""
+"""Smallest number of people that can decide a claim, by the kind of recordings that the paper uses."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Baseline:
-    """Simpler method with which the method behind a class of measures is compared.
+    """Simpler method with which a method of a paper is compared, for one class of measures.
 
     Attributes
     ----------
@@ -102,7 +102,7 @@ class Baseline:
     assumed: Mapping[str, str] = field(default_factory=dict)
 
     def of(self, measure: Measure) -> Measure | float | None:
-        """Return the measure of the baseline.
+        """Return the measure, or the constant value, that stands for the baseline of a given measure.
 
         Return None if there is no baseline, or if no word of the measure is replaced.
         """
@@ -114,7 +114,7 @@ class Baseline:
 
 @dataclass(frozen=True, kw_only=True)
 class Quantity:
-    """A number of our results that explanations or the documentation quote, and that is not a claim.
+    """One of our results that explanations or the documentation quote, but that is not a claim.
 
     Attributes
     ----------
@@ -138,7 +138,7 @@ class Quantity:
 
 @dataclass(frozen=True, kw_only=True)
 class ClaimText:
-    """Texts that describe a claim.
+    """Texts that describe a claim: short name, place in the paper, quotation and method of measurement.
 
     Attributes
     ----------
@@ -163,7 +163,7 @@ class ClaimText:
 
 @dataclass(frozen=True, kw_only=True)
 class Bounds:
-    """Bounds within which a value agrees with a claim, and the reason for these bounds.
+    """Bounds within which our value agrees with a claim, and the reason for these bounds.
 
     Attributes
     ----------
@@ -188,7 +188,7 @@ class Bounds:
 
 @dataclass(frozen=True, kw_only=True)
 class Scope:
-    """Data sets, and numbers of people, that can decide a claim.
+    """Data sets that can decide a claim, with the required number of people.
 
     Attributes
     ----------
@@ -214,7 +214,7 @@ class Scope:
 
 @dataclass(frozen=True, kw_only=True)
 class Claim:
-    """A number or a sentence of a paper, with the measure that gives our value and the bounds of agreement.
+    """A number or a sentence of a paper, with the measure that computes our value and the bounds of agreement.
 
     Attributes
     ----------
@@ -260,27 +260,27 @@ class Claim:
 
     @property
     def explanations(self) -> Iterator[tuple[str, Explanation]]:
-        """Pairs of data set and explanation, including the explanations of sensitivity runs."""
+        """Pairs of a data set's name and an explanation, including the explanations of sensitivity runs."""
         yield from self.why.items()
         for data_name, runs in self.sensitivity.items():
             yield from ((data_name, run) for run in runs)
 
     def bounds_on(self, data_name: str) -> Interval | None:
-        """Return the bounds of agreement on a data set, or None if there are no bounds or no registered value."""
+        """Return the bounds of agreement of this claim on a data set, or None if they are not defined."""
         registered = self.bounds.registered
         return self.bounds.agrees if registered is None else registered.get(data_name)
 
     def explanation(self, data_name: str) -> Explanation | None:
-        """Return the explanation why our value differs from the paper's on a data set, or None."""
+        """Return the reason why our value differs from the paper's value on a data set, or None."""
         return self.why.get(data_name) or self.why.get(ANY_DATA)
 
     @property
     def of_baseline(self) -> Measure | float | None:
-        """Measure of the baseline, or None."""
+        """Measure of the claim's baseline: the claim's measure for a simpler method, a constant, or None."""
         return self.baseline.of(self.measure) if self.baseline and self.measure else None
 
     @property
     def tables(self) -> tuple[str, ...]:
-        """Names of the tables that the measure and its baseline read, without repetition."""
+        """Names of the tables that the claim's measure and its baseline read, without duplicates."""
         measured = [m for m in (self.measure, self.of_baseline) if isinstance(m, Measure)]
         return tuple(dict.fromkeys(table for measure in measured for table in measure.tables))

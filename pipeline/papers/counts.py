@@ -1,4 +1,4 @@
-"""Counts of verdicts for the README, report, article, documentation and terminal."""
+"""Counts of the verdicts on claims, for README, report, article, documentation and terminal."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from typing import Any
 from pipeline.papers.claims import Agreement, Beyond, Kind
 
 OF_PAPERS = (Kind.RESULT, Kind.SENTENCE)
-"""Kinds of claims that are counted for a paper; conditions and our own targets are not counted."""
+"""Kinds of claims that count as statements of a paper; conditions and our own targets do not count."""
 
 JUDGED = (Agreement.AGREES, Agreement.CLOSE, Agreement.UNDECIDED, Agreement.DIFFERS)
-"""Agreements that follow from data. Untestable claims and smoke-scale runs have other answers."""
+"""Verdicts that data decide; claims that are untestable, or computed in a small test run, have other verdicts."""
 
 
 @dataclass(frozen=True)
 class Tally:
-    """Counts of claims by agreement with the paper and by comparison with the baseline.
+    """Numbers of claims by agreement with the paper and by comparison with the baseline.
 
     Attributes
     ----------
@@ -35,7 +35,9 @@ class Tally:
     answers: Mapping[tuple[Agreement, Beyond], int]
 
     def number(self, *agreements: Agreement, beyond: Beyond | None = None) -> int:
-        """Return the number of claims with one of some agreements and, optionally, one answer about the baseline."""
+        """Return the number of claims with one of the given agreements and, optionally, a given comparison with the
+        baseline.
+        """
         return sum(
             times
             for (agreement, answer), times in self.answers.items()
@@ -49,7 +51,8 @@ class Tally:
 
     @property
     def rows(self) -> list[tuple[str, int, list[tuple[str, int]]]]:
-        """Rows of agreement, its number of claims, and these claims by answer about the baseline.
+        """Rows of a table: each agreement with its number of claims, and this number split by comparison with the
+        baseline.
 
         Counts of zero are left out.
         """
@@ -70,7 +73,7 @@ class Tally:
 
 
 def count(claims: Iterable[Mapping[str, Any]], kinds: Sequence[Kind] = tuple(Kind)) -> Tally:
-    """Return the counts of claims of some kinds; claims with the same number (``same_as``) are counted once.
+    """Count the verdicts on claims of given kinds; claims with the same number (``same_as``) count once.
 
     Parameters
     ----------
@@ -91,6 +94,6 @@ def count(claims: Iterable[Mapping[str, Any]], kinds: Sequence[Kind] = tuple(Kin
 
 
 def count_by_kind(claims: Iterable[Mapping[str, Any]]) -> dict[Kind, Tally]:
-    """Return the counts by kind of claim, without kinds that do not occur."""
+    """Count the verdicts separately for each kind of claim that occurs."""
     rows = list(claims)
     return {kind: tally for kind in Kind if (tally := count(rows, [kind])).answers}

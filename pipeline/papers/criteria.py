@@ -1,4 +1,4 @@
-"""Readers of the measures and bounds of claims, and checks of the bounds."""
+"""Readers for measures and bounds of claims in YAML files, and checks of the bounds."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from pipeline.validation import InvalidInput
 
 
 def measure(content: Mapping[str, Any], figure: str, where: str) -> Measure:
-    """Return the measure that a mapping ``{name: {argument: value}}`` describes."""
+    """Return the measure that a YAML mapping ``{name: {argument: value}}`` describes."""
     if len(content) != 1 or not all(isinstance(arguments, Mapping) for arguments in content.values()):
         raise InvalidInput(
-            "must be one name of a measure with its arguments",
+            "the entry must be the name of one measure with a mapping of its arguments",
             where,
             received=", ".join(map(str, content)) or "nothing",
             code="not_one_measure",
@@ -28,7 +28,10 @@ def measure(content: Mapping[str, Any], figure: str, where: str) -> Measure:
         if argument == "table" or argument.endswith("_table"):
             if not (isinstance(value, str) and value.rpartition("/")[2].startswith("table")):
                 raise InvalidInput(
-                    "is not a table", f"{where}, {argument}", received=repr(value), code="not_a_table"
+                    "the argument must be the name of a table",
+                    f"{where}, {argument}",
+                    received=repr(value),
+                    code="not_a_table",
                 )
             owner, _, table = value.rpartition("/")
             arguments[argument] = (owner or figure) + ("" if table == "table" else f"/{table}")
@@ -44,13 +47,16 @@ def _argument(value: Any, figure: str, where: str) -> Any:
         return tuple(_argument(item, figure, where) for item in value)
     if not isinstance(value, str | int | float):
         raise InvalidInput(
-            "is not a valid argument of a measure", where, received=repr(value), code="wrong_type"
+            "the argument must be a number, a text, a list or a measure",
+            where,
+            received=repr(value),
+            code="wrong_type",
         )
     return value
 
 
 def interval(content: Mapping[str, Any], published: float | None, where: str) -> Interval:
-    """Return the interval that an entry of bounds describes.
+    """Return the interval that a YAML entry of bounds describes.
 
     The keys are ``exactly``, ``within`` (a distance from the published number), or the two ends.
     """
@@ -62,7 +68,8 @@ def interval(content: Mapping[str, Any], published: float | None, where: str) ->
     doubled = {"at_least", "above"} <= set(values) or {"at_most", "below"} <= set(values)
     if not values or not set(values) <= {"at_least", "above", "at_most", "below"} or doubled:
         raise InvalidInput(
-            "must contain exactly, or within (of a published number), or ends: at_least or above, at_most or below",
+            "the entry must have the key 'exactly', or 'within' (of a published number), or one or two of "
+            "the keys 'at_least', 'above', 'at_most' and 'below'",
             where,
             received=", ".join(values) or "nothing",
             code="invalid_bounds",
@@ -75,7 +82,7 @@ def interval(content: Mapping[str, Any], published: float | None, where: str) ->
     )
     if interval.low >= interval.high:
         raise InvalidInput(
-            "the lower bound is not below the upper bound",
+            "the lower bound must be below the upper bound",
             where,
             received=interval,
             code="contradictory_bounds",
@@ -84,11 +91,13 @@ def interval(content: Mapping[str, Any], published: float | None, where: str) ->
 
 
 def check_bounds(claim: Claim, where: str) -> None:
-    """Raise InvalidInput if bounds exclude the published number, or if the bounds of 'close' are not wider."""
+    """Check that bounds contain the published number, and that those of 'close' are wider than those of 'agrees'."""
     inner, outer = claim.bounds.agrees, claim.bounds.close
     if inner is not None and claim.published is not None and claim.published not in inner:
         raise InvalidInput(
-            "the published number lies outside of its own bounds", where, code="published_outside_bounds"
+            "the published number lies outside the bounds of agreement",
+            where,
+            code="published_outside_bounds",
         )
     if (
         inner is not None
@@ -96,5 +105,5 @@ def check_bounds(claim: Claim, where: str) -> None:
         and (outer == inner or outer.low > inner.low or outer.high < inner.high)
     ):
         raise InvalidInput(
-            "the bounds of 'close' are not wider than those of 'agrees'", where, code="close_not_wider"
+            "the bounds of 'close' must be wider than those of 'agrees'", where, code="close_not_wider"
         )

@@ -1,4 +1,4 @@
-"""Strict reader of YAML files, which raises InvalidInput for repeated or unknown keys and wrong types.
+"""Strict reader for YAML files, which rejects repeated keys, unknown keys and values of the wrong type.
 
 A mapping becomes a dataclass; the annotation of a field determines the reader of its value.
 """
@@ -38,31 +38,39 @@ class _Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[mi
 
 
 def read_mapping(path: Path) -> dict[str, Any]:
-    """Return the content of a YAML file.  Raises InvalidInput if it is unreadable or repeats a key."""
+    """Return the content of a YAML file.
+
+    Raises InvalidInput if it is unreadable or repeats a key.
+    """
     try:
         text = path.read_text("utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise InvalidInput(f"cannot be read: {error}", path.name, code="unreadable") from error
+        raise InvalidInput(f"the file cannot be read: {error}", path.name, code="unreadable") from error
     return parsed_mapping(text, path.name)
 
 
 def parsed_mapping(text: str, where: str) -> dict[str, Any]:
-    """Return the content of a YAML string. Raises InvalidInput if it is not a mapping or repeats a key."""
+    """Return the content of a YAML text.
+
+    Raises InvalidInput if it is not a mapping or repeats a key.
+    """
     try:
         content = yaml.load(text, Loader=_Loader)
     except InvalidInput as error:
         raise InvalidInput(error.what, f"{where}, {error.where}", code=error.code, **error.values) from error
     except yaml.YAMLError as error:
-        raise InvalidInput(f"cannot be read: {error}", where, code="unreadable") from error
+        raise InvalidInput(f"the text is not valid YAML: {error}", where, code="unreadable") from error
     if not isinstance(content, dict):
-        raise InvalidInput("is not a mapping", where, code="not_a_mapping")
+        raise InvalidInput("the file must contain a YAML mapping", where, code="not_a_mapping")
     return content
 
 
 def mapping(value: Any, where: str) -> dict[str, Any]:
-    """Return a mapping whose keys are strings; the key ``null``, which YAML reads as None, becomes a string too."""
+    """Return a YAML mapping with its keys as strings; the key ``null``, which YAML reads as None, becomes "null"."""
     if not isinstance(value, Mapping):
-        raise InvalidInput("is not a mapping", where, received=repr(value), code="not_a_mapping")
+        raise InvalidInput(
+            "the value must be a YAML mapping", where, received=repr(value), code="not_a_mapping"
+        )
     return {"null" if key is None else str(key): item for key, item in value.items()}
 
 
@@ -76,7 +84,7 @@ def record(
     parts: Iterable[str] = (),
     **known: Any,
 ) -> Made:
-    """Return an instance of a dataclass, with its fields read from a mapping.
+    """Return an instance of a dataclass whose fields are read from a YAML mapping.
 
     Parameters
     ----------
@@ -108,7 +116,7 @@ def record(
     for name, field in of_file.items():
         default = field.default is not MISSING or field.default_factory is not MISSING
         if name not in entries and (not default or name in needed):
-            raise InvalidInput(f"no {name!r}", where, code="missing_key", key=name)
+            raise InvalidInput(f"the key {name!r} is missing", where, code="missing_key", key=name)
     if unknown := [name for name in entries if name not in of_file]:
         expected = "one of " + ", ".join(sorted(of_file))
         raise InvalidInput(f"unknown key {unknown[0]!r}", where, expected, code="unknown_key", key=unknown[0])
@@ -121,38 +129,40 @@ def record(
 
 
 def text(value: Any, where: str) -> str:
-    """Return a string; strings of a list are joined by semicolons."""
+    """Read a text from a YAML value; the texts of a list are joined by semicolons."""
     return "; ".join(
         " ".join(part.split()) for part in names(value if isinstance(value, list) else [value], where)
     )
 
 
 def names(value: Any, where: str) -> tuple[str, ...]:
-    """Return the strings of a list as a tuple."""
+    """Read a YAML list of texts, and return it as a tuple."""
     if not isinstance(value, list) or not all(isinstance(name, str) for name in value):
-        raise InvalidInput("is of the wrong type", where, "text", repr(value), code="wrong_type")
+        raise InvalidInput("the value must be text", where, "", repr(value), code="wrong_type")
     return tuple(value)
 
 
 def number(value: Any, where: str) -> float:
-    """Return a number; strings such as ``1/3`` or ``1e-6`` are accepted."""
+    """Read a number from a YAML value; texts such as ``1/3`` or ``1e-6`` are accepted."""
     try:
         if isinstance(value, bool):
             raise ValueError
         return float(Fraction(value)) if isinstance(value, str) and "/" in value else float(value)
     except (TypeError, ValueError, ZeroDivisionError):
-        raise InvalidInput("is not a number", where, received=repr(value), code="not_a_number") from None
+        raise InvalidInput(
+            "the value must be a number", where, received=repr(value), code="not_a_number"
+        ) from None
 
 
 def whole(value: Any, where: str) -> int:
-    """Return a whole number."""
+    """Read a whole number from a YAML value."""
     if not isinstance(value, int) or isinstance(value, bool):
-        raise InvalidInput("is of the wrong type", where, "a whole number", repr(value), code="wrong_type")
+        raise InvalidInput("the value must be a whole number", where, "", repr(value), code="wrong_type")
     return value
 
 
 def choice(kind: type[StrEnum]) -> Callable[[Any, str], StrEnum]:
-    """Return a reader that accepts only the values of an enumeration."""
+    """Return a reader that accepts only the members of an enumeration."""
     return lambda value, where: kind(require_choice(where, value, list(kind)))
 
 
@@ -164,4 +174,4 @@ _READERS: Mapping[Any, Callable[[Any, str], Any]] = {
     Mapping[str, str]: lambda value, where: {key: str(item) for key, item in mapping(value, where).items()},
     Mapping[str, Any]: mapping,
 }
-"""Readers of values, by the type annotation of a dataclass field."""
+"""Readers for YAML values, by the type annotation of a dataclass field."""

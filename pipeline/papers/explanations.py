@@ -1,4 +1,4 @@
-"""Explanations of differences between our values and the papers' values, each with its support.
+"""Reasons why our values differ from the papers' values, each with the evidence for it.
 
 An explanation is `Support.SHOWN` if it only quotes published tables, `Support.TESTED` if the alleged cause was changed
 and the effect measured, and `Support.UNTESTED` otherwise.  A cause is changed in one of two ways.  A switch of
@@ -21,29 +21,29 @@ from pipeline.papers.intervals import Estimate
 from pipeline.reading import read_file
 
 ANY_DATA = "any"
-"""Key of the explanation for data sets that have no explanation of their own."""
+"""Key of the explanation that applies to all data sets without an explanation of their own."""
 
 WITH, WITHOUT = "with", "without"
-"""Placeholders for the claim's value with and without the switch.
+"""Placeholders in an explanation for the claim's value with and without a changed assumption.
 
 ``with_NAME`` and ``without_NAME`` quote the values of another claim.
 """
 
 
 class Support(StrEnum):
-    """Kind of support for an explanation."""
+    """Evidence for an explanation: published tables, a test in which the cause was changed, or none."""
 
     SHOWN = "shown"
-    """Support by published tables, which do not identify the cause."""
+    """Evidence from published tables, which do not identify the cause."""
     TESTED = "tested"
-    """Support by a run, or by a part of the figure, in which the alleged cause was changed."""
+    """Evidence from a run or a part of the figure in which the alleged cause was changed."""
     UNTESTED = "untested"
-    """No support: the explanation has not been tested."""
+    """No evidence: the explanation has not been tested."""
 
 
 @dataclass(frozen=True)
 class Run:
-    """Values of claims with and without one switch of ``conf/sensitivity.yaml``.
+    """Sensitivity run: values of claims with and without one changed assumption (``conf/sensitivity.yaml``).
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class Run:
 
 @dataclass(frozen=True, kw_only=True)
 class Explanation:
-    """Reason why our value differs from the paper's value, with the support for this reason.
+    """Reason why our value differs from the paper's value, with the evidence for this reason.
 
     Attributes
     ----------
@@ -91,7 +91,7 @@ class Explanation:
     comparisons: tuple[str, ...] = ()
 
     def in_words(self, name: str, value: float, number: Callable[[str], float] | None) -> str:
-        """Return the explanation of a claim with its numbers and its support; the arguments are those of `filled`."""
+        """Return the text of the explanation with our numbers and its evidence; the arguments are those of `filled`."""
         text = self.filled(name, value, number)
         if self.support is Support.UNTESTED:
             return f"not tested: {text}"
@@ -100,7 +100,7 @@ class Explanation:
         return f"{text} (tested: {self.run or ', '.join(self.comparisons)})"
 
     def filled(self, name: str, value: float, number: Callable[[str], float] | None = None) -> str:
-        """Return the explanation of a claim with numbers in place of the placeholders.
+        """Return the text of the explanation with our numbers in place of the placeholders.
 
         Parameters
         ----------
@@ -123,7 +123,7 @@ class Explanation:
 
 
 def placeholders(text: str) -> list[str]:
-    """Return the names of the placeholders in a string, in order.
+    """Return the names of the placeholders in a text, in order.
 
     Examples
     --------
@@ -134,7 +134,7 @@ def placeholders(text: str) -> list[str]:
 
 
 def of_run(placeholder: str) -> tuple[str, str] | None:
-    """Return the side of the run, and the claim's name, that a placeholder quotes; None if it quotes no run.
+    """Split a placeholder such as ``with_NAME`` into side and claim; return None if it quotes no sensitivity run.
 
     The name is empty for the claim to which the explanation belongs.
 
@@ -148,7 +148,8 @@ def of_run(placeholder: str) -> tuple[str, str] | None:
 
 
 def read_runs(path: Path) -> dict[tuple[str, str, str], Run]:
-    """Return the runs in a table of sensitivity runs, by data set, group and switch; empty without a table.
+    """Read a table of sensitivity runs; return the runs by data set, group and switch, or an empty dict without a
+    table.
 
     The table has a row for each number: data, group, switch, overrides, scale, name, and the values without and with
     the switch, each with the ends of its interval.
@@ -169,7 +170,7 @@ def read_runs(path: Path) -> dict[tuple[str, str, str], Run]:
 
 @dataclass(frozen=True)
 class _Number:
-    """Number for `str.format_map`, with its interval if there is one, or ``(no number)`` if it is not finite."""
+    """Number in an explanation: formatted with its confidence interval, or ``(no number)`` if it is not finite."""
 
     estimate: Estimate
 

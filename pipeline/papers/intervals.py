@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Interval:
-    """Interval of numbers, which includes an end unless that end is open.
+    """Interval of numbers, in which each end is included unless it is declared open.
 
     Examples
     --------
@@ -39,7 +39,7 @@ class Interval:
         return not (below or above)
 
     def side(self, value: float) -> int:
-        """Return the side of a value on which this interval lies: 1 above, -1 below, 0 on both sides."""
+        """Return 1 if this interval lies above a value, -1 if it lies below, and 0 if it contains the value."""
         return int(value <= self.low) - int(value >= self.high)
 
     def __str__(self) -> str:
@@ -57,7 +57,7 @@ class Interval:
 
 @dataclass(frozen=True)
 class Estimate:
-    """Value with its confidence interval over people or over synthetic populations.
+    """Estimated value with its confidence interval over people or over synthetic populations.
 
     Attributes
     ----------

@@ -24,7 +24,7 @@ from pipeline.validation import InvalidInput, require_choice
 
 @dataclass(frozen=True, kw_only=True)
 class Equation:
-    """Numbered equation of a paper, and the functions that compute it.
+    """Numbered equation of a paper, and the names of the functions that compute it.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class Equation:
 
 @dataclass(frozen=True)
 class Page:
-    """Introduction of a paper in the report.
+    """Introduction of a paper on its page of the report.
 
     Attributes
     ----------
@@ -75,7 +75,7 @@ class Page:
 
 @dataclass(frozen=True, kw_only=True)
 class Paper:
-    """Paper with its figures, equations and claims.
+    """Paper with its figures, equations, claims and quantities.
 
     Attributes
     ----------
@@ -117,22 +117,22 @@ class Paper:
 
 
 INTERVENTIONS = "interventions.csv"
-"""File with the values from sensitivity runs, which explanations quote."""
+"""Name of the table with the values from sensitivity runs, which explanations quote."""
 
 REGISTERED = "registered.csv"
-"""File with the registered values of conditions by data set, updated with each scientific change."""
+"""Name of the table of registered values, with which the values of conditions are compared, by data set."""
 
 BETTER = {"": 0, "more": 1, "less": -1}
 
 OWN_YEAR = 9999
-"""Year that is assigned to a user's claims, so that they are sorted after all papers."""
+"""Publication year that is assigned to claims of users, so that they are sorted after all papers."""
 
 BASELINES = "baselines.yaml"
-"""File with the baseline for each class of measures."""
+"""Name of the file with the baseline of each class of measures."""
 
 
 def load(folders: Sequence[Path], added: Mapping[str, Mapping[str, Any]] | None = None) -> dict[str, Paper]:
-    """Return the papers in some folders by key, sorted by year.
+    """Load the papers from YAML files in given folders; return them by key, sorted by year.
 
     Parameters
     ----------
@@ -164,7 +164,7 @@ def load(folders: Sequence[Path], added: Mapping[str, Mapping[str, Any]] | None 
         for item in paper.measured:
             where = f"{paper.key}.yaml, {item.name}"
             if names[item.name] > 1:
-                raise InvalidInput("the name occurs twice", where, code="duplicate_name")
+                raise InvalidInput("two claims or quantities have this name", where, code="duplicate_name")
             if isinstance(item, Claim):
                 if shorts[paper.key, item.text.short] > 1:
                     raise InvalidInput(
@@ -174,14 +174,17 @@ def load(folders: Sequence[Path], added: Mapping[str, Mapping[str, Any]] | None 
                     )
                 if item.same_as and item.same_as not in names:
                     raise InvalidInput(
-                        f"no claim {item.same_as!r}", where, code="unknown_claim", name=item.same_as
+                        f"the key 'same_as' names an unknown claim: {item.same_as!r}",
+                        where,
+                        code="unknown_claim",
+                        name=item.same_as,
                     )
                 _check_explanations(item, set(names), where)
     return {paper.key: paper for paper in sorted(papers, key=lambda paper: (paper.year, paper.key))}
 
 
 def _completed(key: str, content: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the content of a user's file of claims, completed with default values of keys that papers require."""
+    """Return the content of a user's YAML file of claims, with defaults for the keys that only papers need."""
     claims = mapping(content.get("claims", {}), f"{key}, claims")
     figures = sorted({str(mapping(body, name).get("figure", "")) for name, body in claims.items()} - {""})
     left_out = {"title": key, "authors": "", "year": OWN_YEAR, "venue": "", "figures": [], "equations": []}
@@ -189,7 +192,7 @@ def _completed(key: str, content: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def read_registered(path: Path) -> dict[tuple[str, str], float]:
-    """Return the registered values by data set and name of the condition, or an empty dict without a table.
+    """Read the registered values by data set and name of the condition; return an empty dict without a table.
 
     Raises
     ------
@@ -206,7 +209,7 @@ def read_registered(path: Path) -> dict[tuple[str, str], float]:
 
 
 def read_baselines(path: Path) -> dict[str, Baseline]:
-    """Return the baselines in a file, by class of measures."""
+    """Read the baselines from a YAML file; return them by class of measures."""
     baselines = {}
     for name, content in read_mapping(path).items():
         where = f"{path.name}, {name}"
@@ -217,7 +220,7 @@ def read_baselines(path: Path) -> dict[str, Baseline]:
         baseline = baselines[name] = record(Baseline, plain, where, readers=better, measures=name)
         if bool(baseline.name) != bool(baseline.replace or baseline.value is not None):
             raise InvalidInput(
-                "a baseline needs a name together with 'replace' or 'value'",
+                "a baseline needs the key 'baseline' together with the key 'replace' or 'value'",
                 where,
                 code="incomplete_baseline",
             )
@@ -225,14 +228,17 @@ def read_baselines(path: Path) -> dict[str, Baseline]:
 
 
 def _check_explanations(claim: Claim, all_names: set[str], where: str) -> None:
-    """Raise InvalidInput if an explanation quotes an unknown claim or quantity."""
+    """Raise InvalidInput if an explanation names an unknown claim or quantity."""
     for data_name, explanation in claim.explanations:
         where_why = f"{where}, why {data_name}"
         quoted = [(of_run(name) or ("", name))[1] for name in placeholders(explanation.text)]
         for name in (*quoted, *explanation.comparisons):
             if name and name != "value" and name not in all_names:
                 raise InvalidInput(
-                    f"no claim and no quantity {name!r}", where_why, code="unknown_claim", name=name
+                    f"the explanation names an unknown claim or quantity: {name!r}",
+                    where_why,
+                    code="unknown_claim",
+                    name=name,
                 )
 
 
@@ -283,7 +289,7 @@ def _paper(
     for item in paper.measured:
         if not item.name.startswith(tuple(f"{name}_" for name in (key, *figures))):
             raise InvalidInput(
-                f"the name does not begin with {key}_ or a figure's name",
+                f"the name of a claim or quantity must begin with {key}_ or with the name of a figure",
                 f"{file}, {item.name}",
                 code="wrong_prefix",
             )
@@ -294,7 +300,7 @@ def _paper(
         require_choice(f"{file}, rests_on, figure", figure, figures)
         for condition in set(names(named, f"{file}, rests_on, {figure}")) - conditions:
             raise InvalidInput(
-                f"{condition!r} is not the name of a condition",
+                f"{condition!r} is not the name of a claim of kind 'condition'",
                 f"{file}, rests_on",
                 code="not_a_condition",
                 name=condition,
@@ -319,7 +325,7 @@ def _equation(key: str, content: Any, file: str) -> Equation:
     equation = record(Equation, plain, where, readers=readers, paper=key)
     if not (equation.used or equation.note):
         raise InvalidInput(
-            "has neither a function that uses it ('used') nor a note with the reason ('note')",
+            "the equation needs a function that uses it (key 'used') or a reason why it is not used (key 'note')",
             where,
             code="unexplained_equation",
         )

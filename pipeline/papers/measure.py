@@ -1,4 +1,4 @@
-"""Measures: named functions of tables, each with its arguments."""
+"""Measures: named functions of result tables, together with their arguments."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Measure:
-    """Named function of tables together with the values of its arguments.
+    """Named function of result tables, together with the values of its arguments.
 
     Attributes
     ----------
@@ -37,7 +37,7 @@ class Measure:
 
     @property
     def parts(self) -> Iterator[Measure]:
-        """Yield this measure and all measures among its arguments, recursively."""
+        """Yield this measure and, recursively, all measures among its arguments."""
         yield self
         for value in self.arguments.values():
             for item in value if isinstance(value, tuple) else (value,):
@@ -46,7 +46,7 @@ class Measure:
 
     @property
     def tables(self) -> tuple[str, ...]:
-        """Names of the tables that the measure reads, without duplicates."""
+        """Names of the result tables that the measure reads, without duplicates."""
         named = (
             value
             for part in self.parts
@@ -56,7 +56,7 @@ class Measure:
         return tuple(dict.fromkeys(named))
 
     def replaced(self, words: Mapping[str, str]) -> Measure:
-        """Return the measure with column names, and values in expressions, replaced in its arguments.
+        """Return the measure with words replaced in its arguments, such as names of columns and methods.
 
         Examples
         --------

@@ -1,4 +1,4 @@
-"""Registry of the papers by key, and of their claims by name.
+"""Registry of all papers by key, and of all claims by name.
 
 Examples
 --------
@@ -22,7 +22,7 @@ from pipeline.validation import InvalidInput, require_choice
 
 
 def all_papers() -> dict[str, Paper]:
-    """Return all papers by key, sorted by year, followed by users' files of claims, by file name."""
+    """Return all papers by key, sorted by year, followed by the claims of users, sorted by file name."""
     return _load(plugins.edition())
 
 
@@ -42,7 +42,7 @@ def _load(_: object) -> dict[str, Paper]:
 
 
 def paper(key: str) -> Paper:
-    """Return the paper with this key.
+    """Return the paper with a given key.
 
     Raises
     ------
@@ -54,7 +54,7 @@ def paper(key: str) -> Paper:
 
 
 def claim(name: str) -> Claim:
-    """Return the claim with this name.
+    """Return the claim with a given name.
 
     Raises
     ------
@@ -64,8 +64,8 @@ def claim(name: str) -> Claim:
     item = quantity(name)
     if not isinstance(item, Claim):
         raise InvalidInput(
-            f"no claim {name!r}",
-            expected="a name of the ledger, as `make claims` lists them",
+            f"there is no claim {name!r}",
+            expected="a name from the list that `make claims` prints",
             code="unknown_claim",
             name=name,
         )
@@ -73,7 +73,7 @@ def claim(name: str) -> Claim:
 
 
 def published(name: str) -> float:
-    """Return the published number of a claim.
+    """Return the number that a paper published for a claim.
 
     Raises
     ------
@@ -87,7 +87,7 @@ def published(name: str) -> float:
 
 
 def quantity(name: str) -> Claim | Quantity:
-    """Return the claim or quantity with this name.
+    """Return the claim or quantity with a given name.
 
     Raises
     ------
@@ -99,12 +99,15 @@ def quantity(name: str) -> Claim | Quantity:
             if item.name == name:
                 return item
     raise InvalidInput(
-        f"no claim and no quantity {name!r}", expected="a name of conf/paper", code="unknown_claim", name=name
+        f"there is no claim or quantity {name!r}",
+        expected="a name in conf/paper",
+        code="unknown_claim",
+        name=name,
     )
 
 
 def locate(dotted: str) -> tuple[Path, int]:
-    """Return the file of a function, class or method, and the number of its first line, counted from 1.
+    """Return the source file of a function, class or method, and the line number at which it begins.
 
     Raises
     ------
@@ -120,7 +123,10 @@ def locate(dotted: str) -> tuple[Path, int]:
         thing = plugins.resolve(dotted)
     except (ImportError, AttributeError, ValueError) as error:
         raise InvalidInput(
-            f"there is no {dotted}", received=str(error), code="unknown_object", name=dotted
+            f"there is no function, class or method {dotted}",
+            received=str(error),
+            code="unknown_object",
+            name=dotted,
         ) from error
     thing = inspect.unwrap(getattr(thing, "py_func", getattr(thing, "fget", None) or thing))
     return Path(inspect.getfile(thing)), inspect.getsourcelines(thing)[1]

@@ -26,7 +26,7 @@ _OVERRIDDEN = "not explained: the options differ from the preset's"
 
 @dataclass(frozen=True, kw_only=True)
 class Evidence:
-    """Values that decide a claim, computed from the tables.
+    """Evidence for a verdict on a claim: our value, the baseline's value and the number of people, from the tables.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ class Evidence:
 
 @dataclass(frozen=True)
 class Verdict:
-    """Verdict on a claim for one data set.
+    """Verdict on a claim for one data set, with the reason and the evidence.
 
     Attributes
     ----------
@@ -78,12 +78,12 @@ class Verdict:
 
     @property
     def value(self) -> float | None:
-        """Our value in the unit of the claim, or None without a value."""
+        """Our value in the unit of the claim, or None if the claim has no value on these data."""
         return self.evidence.value.value if self.evidence else None
 
     @property
     def row(self) -> dict[str, str]:
-        """Row of the claim as in ``claims.csv``, with only the columns that are counted."""
+        """Row of the verdict as in ``claims.csv``, but with only the columns that counts need."""
         return {
             "paper": self.claim.paper,
             "kind": str(self.claim.kind),
@@ -94,7 +94,7 @@ class Verdict:
 
     @property
     def paper_in_prediction(self) -> bool | None:
-        """True if the paper's value lies in the prediction interval for the paper's sample size.
+        """True if the paper's value lies in our prediction interval for a sample of the paper's size.
 
         None without a published value or without a prediction interval.
         """
@@ -105,7 +105,7 @@ class Verdict:
 
 
 def gain(claim: Claim, baseline: float) -> Callable[[Any, Any], Any]:
-    """Return the function that computes the advantage of our values from our and the baseline's values.
+    """Return a function of our value and the baseline's value that gives the advantage of our value.
 
     Bounds with one end define the better side.  With two ends, the class of the measure defines it, or else the side
     of the baseline on which the bounds lie.  If the baseline lies within the bounds, nearness to the paper's number,
@@ -188,7 +188,7 @@ def judge(
 
 
 def _untestable(claim: Claim, found: Evidence, data_name: str) -> str:
-    """Return the reason why these data cannot decide a claim, or an empty string if they can."""
+    """Return the reason why these data cannot test a claim, or an empty string if they can."""
     if data_name in claim.scope.assumed:
         return (
             f"{found.value} {claim.unit}".rstrip()
@@ -205,7 +205,7 @@ def _untestable(claim: Claim, found: Evidence, data_name: str) -> str:
 
 
 def _agreement(claim: Claim, value: Estimate) -> tuple[Agreement, str]:
-    """Return the agreement, and the reason if our interval is unknown or extends over an end of the bounds."""
+    """Return the agreement of our value with the paper, and a reason if our interval is unknown or crosses a bound."""
     assert claim.bounds.agrees is not None
     if not value.known:
         return Agreement.UNDECIDED, "no interval is known"

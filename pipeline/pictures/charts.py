@@ -1,4 +1,4 @@
-"""Charts in panels with one legend above: lines with bands, points with intervals, and references."""
+"""Charts in panels with one legend above them: lines with bands, points with intervals, and reference lines."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from pipeline.pictures.notes import Notes
 from pipeline.validation import InvalidInput, require_range
 
 _MIN_PANEL_WIDTH = 1.5
-"""Smallest width of a panel, inches, in a picture whose width is given."""
+"""Smallest width of a panel, inches, in a picture of prescribed width."""
 
 
 def draw_charts(canvas: look.Canvas) -> None:
@@ -153,7 +153,7 @@ def _bands(line: Line) -> list[tuple[str, Any, float]]:
 
 
 def _draw_rows(axes: Axes, chart: Chart, lines: Sequence[Line]) -> None:
-    """Draw one row for each name, from the top, with the numbers along the abscissa."""
+    """Draw a chart with one row for each name, from the top, and the numbers along the abscissa."""
     axes.set_xscale("log" if chart.log_y else "linear")
     for number, line in enumerate(lines):
         look_of: dict[str, Any] = {"color": hex_colour(line.style.colour), "alpha": line.style.opacity}
@@ -180,7 +180,7 @@ def _draw_rows(axes: Axes, chart: Chart, lines: Sequence[Line]) -> None:
 
 
 def _turned(chart: Chart, lines: Sequence[Line]) -> tuple[Chart, list[Line]]:
-    """Return a chart of rows with abscissa and ordinate exchanged; ends of error bars become points."""
+    """Return a chart of rows with the two axes exchanged; the ends of error bars become points."""
     references = [replace(reference, x=reference.y, y=None) for reference in chart.references]
     points = [
         replace(line, x=values, y=line.x, style=replace(line.style, line="points"))
@@ -251,7 +251,7 @@ def _draw_notes(axes: Axes, chart: Chart, lines: Sequence[Line]) -> None:
 
 
 def _look_of(reference: Reference) -> dict[str, Any]:
-    """Return the colour, dash pattern and width of the line of a reference."""
+    """Return colour, dash pattern and width of a reference line."""
     published = reference.published
     dashes = look.PUBLISHED_DASHES if published else look.REFERENCE_DASHES
     colour = hex_colour("published" if published else "reference")

@@ -1,4 +1,4 @@
-"""One motion in front of a camera: image, reconstructions from the side, a plan from above, and errors."""
+"""Picture of one filmed motion: camera images, reconstructions from the side, a plan from above, and error charts."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _TRUTH: dict[str, Any] = {"colour": "silver", "width": look.BONE_WIDTHS["broad"]
 
 
 def draw_motion(canvas: look.Canvas, scene: MotionScene, bones: Bones) -> None:
-    """Draw a motion in rows with the same scale, with the charts side by side below these rows.
+    """Draw a motion as rows of skeletons at the same scale, with charts side by side below the rows.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def draw_motion(canvas: look.Canvas, scene: MotionScene, bones: Bones) -> None:
 
 
 def _draw_strip(axes: Axes, body: np.ndarray, truth: np.ndarray | None, bones: Bones, colour: str) -> None:
-    """Draw the skeletons of all instants side by side, over the ground truth.
+    """Draw the skeletons at all instants side by side, over the skeletons of the ground truth.
 
     Each skeleton is centred on the mean of the ground truth at its instant.
     """

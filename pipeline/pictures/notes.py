@@ -50,7 +50,7 @@ class Notes:
         self.obstacles = np.concatenate([np.empty((0, 2)), *obstacles])
 
     def place_of(self, reference: Reference) -> np.ndarray:
-        """Return the position (2,) of a reference from the lower left corner, points.
+        """Return the position (2,) of a reference line or point from the lower left corner of the axes, points.
 
         A coordinate along which the reference is a line is NaN.
         """
@@ -60,7 +60,7 @@ class Notes:
         return np.where(np.isnan(position), np.nan, at)
 
     def write(self, reference: Reference) -> None:
-        """Write the label of a reference next to the reference."""
+        """Write the label of a reference line or point next to it."""
         if not reference.label:
             return
         x, y = self.place_of(reference)
@@ -98,7 +98,7 @@ class Notes:
 
 
 def _dense(points: np.ndarray, line: Line) -> np.ndarray:
-    """Return points (N, 2) along a line, interpolated between its data; series of points are not interpolated."""
+    """Return closely spaced points (N, 2) along a line of a chart; series that are drawn as points are unchanged."""
     if line.style.line == "points" or line.strands is not None or len(points) < 2:
         return points
     fine, numbers = np.linspace(0, len(points) - 1, max(len(points), 3 * _ALONG)), np.arange(len(points))

@@ -1,4 +1,4 @@
-"""Picture of one figure, the argument of the figure's `draw`: charts, or another kind of drawing."""
+"""Class for the picture of one figure, with methods that draw charts, heat maps, postures, skeletons and motions."""
 
 from __future__ import annotations
 

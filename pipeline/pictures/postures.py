@@ -20,7 +20,7 @@ _LOOKS: tuple[dict[str, Any], ...] = (
 """Line styles of the original and the reconstruction. Both lines stay visible where they overlap."""
 
 _GROUP_WIDTH, _MAX_ROW_HEIGHT = 3.5, 1.35
-"""Largest width of a group of rows, and largest height of a row, inches."""
+"""Largest width of a group of posture rows, and largest height of a row, inches."""
 
 
 def draw_postures(
@@ -92,7 +92,7 @@ def draw_postures(
 
 
 def _centred(row: PostureRow) -> np.ndarray:
-    """Return original and reconstruction (2, n, J, 2).
+    """Return original and reconstructed postures of a row, (2, n, J, 2), each pair centred horizontally.
 
     Each pair of postures is centred on the horizontal mean of its original.
     """

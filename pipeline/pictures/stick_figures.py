@@ -24,7 +24,7 @@ def add_bones(axes: Axes, postures: np.ndarray, bones: Bones, *, colour: str, wi
 
 
 def add_rings(axes: Axes, postures: np.ndarray, joints: np.ndarray, *, colour: str, width: float) -> None:
-    """Add rings to postures (…, J, 2) at the joints that were not measured, a mask (J,)."""
+    """Add rings to postures (…, J, 2) at the joints that the mask (J,) marks as not measured."""
     places = postures[..., joints, :].reshape(-1, 2)
     axes.plot(
         *places.T,

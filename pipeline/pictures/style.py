@@ -37,7 +37,7 @@ The layout is computed with DejaVu Sans, whose letters are wider.
 """
 
 TITLE_SIZE, NOTE_SIZE, SMALL_SIZE = 8, 7, 6.5
-"""Font sizes, points, of titles, of notes inside the axes, and of labels of small parts."""
+"""Font sizes, points, of titles, of notes inside the axes, and of small labels."""
 
 NOTE_COLOUR = "#404040"
 
@@ -62,7 +62,7 @@ LEGEND_LINE = 0.24
 LINE_STYLES: dict[str, Any] = {"solid": "-", "dashed": "--", "dotted": ":", "points": "none"}
 
 LINE_WIDTH, REFERENCE_WIDTH, LEGEND_WIDTH = 1.2, 0.7, 0.9
-"""Line widths, points: of a series, of a reference, and the smallest width in a legend."""
+"""Line widths, points: of a series, of a reference line, and the smallest width in a legend."""
 
 REFERENCE_DASHES, PUBLISHED_DASHES = (0, (1, 1.6)), (0, (5, 2))
 """Dash patterns of reference lines, and of published values."""
@@ -80,7 +80,7 @@ OUTLINE_WIDTH, PATH_OVER_MATRIX_WIDTH = 0.9, 1.6
 """Line widths, points, of the outline and of the path over a matrix."""
 
 TICK_STEPS = (1, 2, 5, 10)
-"""Leading digits of the distance between ticks of an abscissa."""
+"""Permitted leading digits of the distance between the ticks of an abscissa."""
 
 MATRIX_COLOURS = "viridis"
 
@@ -158,14 +158,17 @@ class Canvas:
 
     @property
     def drawn(self) -> list[Chart]:
-        """Charts that the picture contains."""
+        """Charts of the figure that the picture contains."""
         charts = [chart for chart in self.sheet.charts if chart.picture]
         letters = [chr(ord("a") + number) for number in range(len(charts))]
         if unknown := set(self.panels) - set(letters):
             raise InvalidInput(
-                "the picture has no such panel", "figure.panels", ", ".join(letters), ", ".join(sorted(unknown)),
+                "the picture has no panel with this letter",
+                "figure.panels",
+                ", ".join(letters),
+                ", ".join(sorted(unknown)),
                 code="unknown_choice",
-            )  # fmt: skip
+            )
         return [
             chart
             for letter, chart in zip(letters, charts, strict=True)
@@ -179,9 +182,13 @@ class Canvas:
         """
         if self.width_mm and self.width_mm < (least := MIN_SHRUNK * width * 25.4):
             raise InvalidInput(
-                "the picture cannot be read at this width", "figure.width_mm", f"at least {least:.0f}", self.width_mm,
-                code="too_narrow", least=least,
-            )  # fmt: skip
+                "the text of the picture would be too small to read at this width",
+                "figure.width_mm",
+                f"at least {least:.0f}",
+                self.width_mm,
+                code="too_narrow",
+                least=least,
+            )
         wide = self.width_mm / 25.4 or min(width, MAX_WIDTH)
         high = height * wide / width if self.width_mm else height
         figure = Figure(figsize=(wide, high), dpi=PNG_DPI, layout="constrained")

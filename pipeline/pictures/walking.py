@@ -1,4 +1,4 @@
-"""Animated SVG of a walker: the points that a camera sees, next to the reconstruction, which turns.
+"""Animated SVG of a walker: the points that a camera sees, next to the reconstruction seen from a turning view.
 
 The file has no script: ``<animate>`` elements move the points and bones.
 """
@@ -16,13 +16,13 @@ from pipeline.pictures.stick_figures import Bones
 from pipeline.validation import InvalidInput, require_finite
 
 _WIDTH, _HEIGHT, _MARGIN, _HEADING = 880, 372, 14, 58
-"""Width, height and margin of the picture, and height of the text above each half, px."""
+"""Width, height and margin of the picture, and height of the text above each half of the picture, px."""
 
 _FILL_SHARE = 0.9
-"""Share of the height of each half that the walker fills."""
+"""Fraction of the height of each half of the picture that the walker fills."""
 
 _NIGHT, _PAPER, _INK, _QUIET = "#14171a", "#ffffff", "#1b1d20", "#595f66"
-"""Colours of the dark half, of the background, of titles, and of the lines of text below titles."""
+"""Colours of the picture's dark half, of its background, of titles, and of the text below titles."""
 
 
 def draw_walking(
@@ -70,9 +70,9 @@ def draw_walking(
     )
     if len(original) % len(observed):
         raise InvalidInput(
-            "the turning view does not cover whole cycles",
+            "the turning view does not cover a whole number of gait cycles",
             path,
-            "a multiple of the frames in a cycle",
+            "a multiple of the number of frames in a gait cycle",
             code="not_whole_cycles",
         )
     pairs = np.asarray(bones)

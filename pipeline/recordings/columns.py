@@ -96,7 +96,7 @@ def time_column(entity: str, timeline: str, values: Any, rows: int) -> rr.TimeCo
     if len(v) != rows or (np.diff(v) <= 0).any():
         expected, received = f"{rows} increasing values", f"{len(v)} values"
         raise InvalidInput(
-            "the values of the timeline do not fit",
+            "the timeline must have one increasing value for each row",
             where,
             expected,
             received,
@@ -125,7 +125,7 @@ def vector(where: str, values: Any) -> np.ndarray:
 def band(
     entity: str, places: np.ndarray, low: np.ndarray, high: np.ndarray
 ) -> tuple[np.ndarray, Extent, list[Any]] | None:
-    """Return a mask of the rows whose interval has both ends, their bounding box, and the columns of the band.
+    """Return a mask of the rows with complete intervals, their bounding box, and the columns of the band.
 
     A band is stored as a measurement at its middle, with half its width as the standard deviation.  The result is None
     if no row has both ends.
@@ -153,5 +153,5 @@ def rgb(where: str, colour: str) -> tuple[int, int, int]:
 
 
 def partitioned(columns: Any, rows: int, each: int) -> list[Any]:
-    """Return columns of ``rows * each`` values, divided into rows of `each` values."""
+    """Divide recording columns of ``rows * each`` values into rows of `each` values."""
     return [*columns.partition([each] * rows)]

@@ -30,7 +30,7 @@ _HALF_VIEW = 0.49
 """Tangent of half the viewer's field of view, as measured on the screen."""
 
 _FILL_SHARE = 0.84
-"""Share of a view that the content of the view fills."""
+"""Fraction of a view that its content fills."""
 
 _WINDOW_HEIGHT = 850.0
 """Total height of the views in a typical window of the viewer, points of the screen."""
@@ -47,7 +47,7 @@ GROUND = (24, 26, 31)
 
 @dataclass(frozen=True)
 class Extent:
-    """Bounding box of an entity in a plot, an image or space.
+    """Bounding box of a recorded entity, in the coordinates of a plot, an image or space.
 
     Coordinates are abscissa and ordinate in a plot, right and down in an image, m, and x, y, z in space, m.
     """
@@ -200,7 +200,7 @@ def image_bounds(view: Image2D, extents: Extents) -> tuple[np.ndarray, np.ndarra
 
 
 def _hidden(view: Space3D | Image2D) -> dict[Any, Any] | None:
-    """Return overrides that hide everything except the focused entities; parts inherit the visibility."""
+    """Return viewer settings that hide all entities of a view except the focused entities and their children."""
     if not view.focus:
         return None
     tops = view.contents or (view.origin,)
@@ -209,7 +209,7 @@ def _hidden(view: Space3D | Image2D) -> dict[Any, Any] | None:
 
 
 def _ordered(view: View, limits: tuple[float, float]) -> tuple[float, float]:
-    """Return the limits of an axis; if both are equal, add a margin of 1 on either side."""
+    """Return the limits of an axis; equal limits get a margin of 1 on either side."""
     low, high = limits
     if low == high:
         return low - 1.0, high + 1.0
@@ -223,7 +223,7 @@ def _ordered(view: View, limits: tuple[float, float]) -> tuple[float, float]:
 def _box(
     view: View, extents: Extents, *, margin: float, paths: tuple[str, ...] = ()
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return two corners of the bounding box of some paths, or of a view's content, with a margin.
+    """Return the two corners of the bounding box of the given entities, or of a view's whole content, with a margin.
 
     The margin is relative to the size of the box.
     """

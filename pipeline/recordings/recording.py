@@ -30,17 +30,17 @@ from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput, require_finite, require_shape
 
 _FOOTER = b"RRF2FOOT"
-"""Marker near the end of every complete file, in front of the version."""
+"""Bytes near the end of every complete recording file, in front of the version number."""
 
 _FRUSTUM = 0.3
-"""Length of a camera's frustum, relative to the distance at which the camera's image is measured."""
+"""Length of a camera's frustum, relative to the distance from the camera to its image plane."""
 
 _LINE_WIDTH = 2.0
 """Width of curves, points of the screen."""
 
 
 class Recording:
-    """Writer of a recording into a folder that is published when the recording is complete.
+    """Writer of a Rerun recording. The file is published when the recording is complete.
 
     Parameters
     ----------
@@ -114,14 +114,17 @@ class Recording:
             return
         if not self._layout:
             raise InvalidInput(
-                "blueprint() was not called", self.name, "a layout of the recording", code="no_layout"
+                "the recording has no layout because blueprint() was not called",
+                self.name,
+                "a call of blueprint()",
+                code="no_layout",
             )
         with self.path.open("rb") as written:
             written.seek(-min(self.path.stat().st_size, len(_FOOTER) + 4), os.SEEK_END)
             # If the disk is full, the library only logs it.
             if _FOOTER not in written.read():
                 what = "cannot write results: the recording is truncated"
-                raise InvalidInput(what, self.path.name, "space on the disk", code="truncated")
+                raise InvalidInput(what, self.path.name, "enough space on the disk", code="truncated")
 
     def skeleton(
         self,
@@ -293,7 +296,10 @@ class Recording:
         if half.shape != values.shape or half.min() < 0:
             expected = f"{len(values)} numbers of at least 0"
             raise InvalidInput(
-                "the standard deviation does not fit", entity, expected, code="invalid_deviation"
+                "the standard deviations must be one non-negative number for each value",
+                entity,
+                expected,
+                code="invalid_deviation",
             )
         low, high = (values - half).min(), (values + half).max()
         extent = Extent((places[0], low), (places[-1], high))
@@ -433,7 +439,9 @@ class Recording:
                 code="unsafe_path",
             )
         if entity in self._extents:
-            raise InvalidInput("the entity exists already", entity, code="duplicate_name")
+            raise InvalidInput(
+                "the recording already has an entity with this path", entity, code="duplicate_name"
+            )
         times = [time_column(entity, self.timeline, at, rows)] if rows else []
         self._extents[entity] = extent
         for look in looks:
@@ -443,7 +451,7 @@ class Recording:
 
 
 def _path(words: str) -> str:
-    """Return words in the form of one part of an entity's path."""
+    """Convert words to the form of one part of an entity's path, such as ``minus_30``."""
     words = re.sub(r"-(?=[0-9])", "minus_", words.replace("µ", "mu"))
     return re.sub(r"[^A-Za-z0-9]+", "_", words).strip("_")
 

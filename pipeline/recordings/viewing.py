@@ -18,7 +18,7 @@ import rerun
 from rerun.experimental import ViewerClient
 
 TIMELINE = "view_angle_deg"
-"""Timeline that the viewer shows at 0 when it opens."""
+"""Timeline whose position the viewer sets to 0 when it opens."""
 PROGRAM = Path(rerun.__file__).parents[1] / "rerun_cli" / ("rerun.exe" if os.name == "nt" else "rerun")
 TIMEOUT_S = 60.0
 

@@ -1,4 +1,4 @@
-"""The page of all figures of a data set: a single HTML file.
+"""Report page with all figures of a data set, written as a single HTML file.
 
 `document.write_page` reads the published folders of ``results/<data>/<scale>`` and writes ``index.html`` next to them:
 papers, verdicts, figures, and three players that compute in the browser.  The page loads nothing from elsewhere.

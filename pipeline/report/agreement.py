@@ -1,4 +1,4 @@
-"""Sentences about the claims that agree, with our numbers on recorded people if these numbers decide the claim."""
+"""Sentences on the report page about claims that our results confirm, with numbers of the data set that decides."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Numbers:
 
 
 def numbers_of(results: Published) -> Numbers:
-    """Return our values in the results of the page; values of quantities are computed from the tables."""
+    """Return our values of claims and quantities on the page's data set; quantities are computed from the tables."""
 
     def quantity(name: str) -> float:
         item = papers.quantity(name.removeprefix(BASELINE))
@@ -67,7 +67,7 @@ def numbers_of(results: Published) -> Numbers:
 def numbers_of_others(
     others: Mapping[str, Sequence[Mapping[str, Any]]], listed: Sequence[Mapping[str, str]]
 ) -> list[Numbers]:
-    """Return our values on the other data sets, one `Numbers` for each data set.
+    """Return our values on all data sets except the page's own, one `Numbers` for each data set.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def numbers_of_others(
 
 
 def sentences(paper: papers.Paper, own: Numbers, others: Sequence[Numbers]) -> list[dict[str, Any]]:
-    """Return the sentences about what agrees, each with its verdict.
+    """Return the sentences of a paper that our results confirm, each with the verdict on its claim.
 
     The verdict is from the first data set that decides the claim of the sentence.
 

@@ -1,4 +1,4 @@
-"""Assembly of the page from the folders of published figures: an entry for each paper and each figure.
+"""Assembly of the report page, which has an entry for each paper and each published figure.
 
 `pipeline/report/page` has the template, the style and the scripts.  ``conf/paper`` has the sentences on the papers.
 """
@@ -18,21 +18,21 @@ from pipeline.storage.publishing import new_file
 from pipeline.validation import InvalidInput
 
 PAGE = "index.html"
-"""File name of the page."""
+"""File name of the report page."""
 
 MAX_BYTES = 2_200_000
-"""Size limit of the page, bytes. A larger page is slow to open and too large for mail."""
+"""Size limit of the report page, bytes. A larger page is slow to open and too large for mail."""
 TUTORIAL = "tutorial"
 """Folder of the tutorial's pictures, in ``results`` and in a light archive."""
 
 _TITLE, _HEAD_BYTES = b"<title>3D motion from 2D motion: ", 1000
-"""Text at the start of every page of this module, and number of bytes in which it is searched.
+"""Text that identifies a report page, and number of bytes at the start of a file that are searched for it.
 
 A file without this text is not replaced.
 """
 
 MIN_PICTURE_WIDTH = 700
-"""Smallest width of the pictures on the page, px, even if the page then exceeds its size limit."""
+"""Smallest width of the pictures on the report page, px, even if the page then exceeds its size limit."""
 
 _SCRIPTS = (
     "walker.js",
@@ -44,7 +44,7 @@ _SCRIPTS = (
     "agreement.js",
 )
 _LAST_SCRIPTS = ("theme.js", "page.js")
-"""Scripts that run after the scripts of plug-ins; the second of them starts the page."""
+"""Scripts of the page that run after the scripts of plug-ins; ``page.js`` starts the page."""
 
 
 def write_page(
@@ -90,10 +90,10 @@ def write_page(
     content = text.encode()
     if len(content) > MAX_BYTES:
         raise InvalidInput(
-            "the page would be too large to send",
+            "the report page would be too large to send by mail",
             to / PAGE,
             f"at most {MAX_BYTES} bytes",
-            f"{len(content)}, including {pictures} of pictures",
+            f"{len(content)} bytes, {pictures} of them in pictures",
             code="file_too_large",
         )
     with new_file(to / PAGE, replace=lambda old: _TITLE in old[:_HEAD_BYTES]) as path:
@@ -102,7 +102,7 @@ def write_page(
 
 
 def _render(results: Published, to: Path, width: int, motion: bool) -> tuple[str, int]:
-    """Return the HTML of the page, and the number of its bytes that belong to pictures."""
+    """Return the HTML text of the page, and the number of bytes that the embedded pictures take."""
     environment = templates.environment()
     environment.filters["tone"] = verdicts.tone
     style = templates.style()

@@ -1,4 +1,4 @@
-"""Entries of the report page: papers, figures, claims and tables, as plain values for its template."""
+"""Entries of the report page for papers, figures, claims and tables, as plain values for the HTML template."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ MAX_VECTOR_BYTES = 120_000
 """Size limit of a compressed vector picture on the page, bytes. A larger picture becomes a raster picture."""
 
 THUMBNAIL_WIDTH = 240
-"""Width, px, of the pictures of figures that are closed when the page opens; half of it is shown."""
+"""Width, px, of the preview pictures of collapsed figures, which the page shows at half this width."""
 
 
 def paper_entry(
@@ -36,7 +36,7 @@ def paper_entry(
     entries: Mapping[str, dict[str, Any]],
     others: Mapping[str, Sequence[Mapping[str, Any]]] | None = None,
 ) -> dict[str, Any]:
-    """Return the entry of a paper: sentences with our values, verdicts, and figures.
+    """Return the page's entry of a paper, with sentences that quote our values, verdicts, and figures.
 
     `others` are the claims of other data sets: sentences on recorded people, and counts for comparison.
     """
@@ -91,7 +91,7 @@ def _unbroken(sentence: str) -> str:
 
 
 def _sentence(template: str, data: str, numbers: Numbers) -> str:
-    """Return a sentence with our values, and with their values under other assumptions in brackets."""
+    """Return a sentence with our values, followed in brackets by our values under other assumptions."""
     other = [
         run.filled(name, numbers(name))
         for name in papers.placeholders(template)
@@ -103,7 +103,7 @@ def _sentence(template: str, data: str, numbers: Numbers) -> str:
 
 
 def counted_kinds(paper: papers.Paper) -> tuple[papers.Kind, ...]:
-    """Return the kinds of claims that are counted: results and sentences of a paper, or targets of our own work."""
+    """Return the kinds of claims that the page counts: results and sentences of a paper, or targets of our own work."""
     return papers.OF_PAPERS if paper.figures else (papers.Kind.TARGET,)
 
 
@@ -119,7 +119,7 @@ def figure_entry(
     to: Path,
     width: int,
 ) -> dict[str, Any]:
-    """Return the entry of a figure, whose links are relative to a page in the folder `to`."""
+    """Return the page's entry of a figure, with links relative to the folder of the page, `to`."""
     claims = results.claims_of(figure=figure.name)
     origin = figure.manifest.get("provenance", {})
     dirty = " with changes" if origin.get("dirty") is True else ""
@@ -166,7 +166,7 @@ def _claim_entry(row: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def played_tables(figure: PublishedFigure) -> dict[str, str]:
-    """Return the table columns with which the players compare their results, as CSV strings by file name.
+    """Return the table columns with which the interactive players check their results, as CSV text by file name.
 
     Numbers have six digits.
     """
@@ -249,7 +249,7 @@ def terms_of(results: Published) -> dict[str, str]:
 
 
 def options_of(data: str, scale: str) -> str:
-    """Return the options of the make command for a data set and a scale, each after a space."""
+    """Return the options ``DATA`` and ``SCALE`` of the make commands on the page, each after a space."""
     options = "" if data == "synthetic" else f" DATA={data}"
     return options + ("" if scale == "full" else f" SCALE={scale}")
 

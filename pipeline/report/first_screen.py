@@ -35,7 +35,7 @@ FIGURE = "zhang2007_fig5"
 """Name of the figure from which the walker and the curve are drawn."""
 
 VIEW_DEG = 0.0
-"""View angle of the walker, degrees: straight from behind, where the image shows least of the depth."""
+"""View angle of the walker, degrees: from behind, where the image contains least information on depth."""
 _FRAMES, _CYCLES, _FIRST = 20, 5, 12
 """Frames per gait cycle, gait cycles per turn of the walker, and index of the frame in the still picture."""
 
@@ -89,7 +89,7 @@ def draw_first_screen(results: Published, recorded: Published, to: Path) -> list
     if figure is None or curve_of is None:
         lacking = results if figure is None else recorded
         raise InvalidInput(
-            "the first-screen pictures need a figure that is missing", lacking.data, FIGURE, code="not_made"
+            "a figure that the pictures of the README need is missing", lacking.data, FIGURE, code="not_made"
         )
     to.mkdir(parents=True, exist_ok=True)
     written = _walker(figure, to)
@@ -137,7 +137,7 @@ def draw_first_screen(results: Published, recorded: Published, to: Path) -> list
 
 
 def _walker(figure: PublishedFigure, to: Path) -> list[Path]:
-    """Draw the walker whose errors in the picture's view are nearest to the methods' median errors.
+    """Draw the walker whose depth errors in the picture's view are nearest to the median errors of the methods.
 
     Nearness is measured by the ratio of error and median.
     """
@@ -145,7 +145,7 @@ def _walker(figure: PublishedFigure, to: Path) -> list[Path]:
     views = np.flatnonzero(arrays["demonstration_view_deg"] == VIEW_DEG)
     methods = arrays["methods"].tolist()
     if not views.size or "map" not in methods:
-        raise InvalidInput("no walker was reconstructed from the picture's view", figure.name,
+        raise InvalidInput("no walker was reconstructed from the view of the README picture", figure.name,
                            f"map at {VIEW_DEG:g}°", ", ".join(methods), code="no_such_view")  # fmt: skip
     view, angle = views[0], np.radians(VIEW_DEG)
     method = methods.index("map")

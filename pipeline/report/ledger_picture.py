@@ -1,4 +1,4 @@
-"""Data of the picture of the claims ledger: each claim's position relative to its bound.
+"""Data of the picture that places the value of each claim relative to the bound of the claim.
 
 The positions of the baseline and of the paper's value are included.
 
@@ -99,7 +99,7 @@ def abscissae(rows: Sequence[Mapping[str, Any]]) -> dict[str, Abscissa]:
 
 
 def ledger_picture(results: Published, *, listed: Path | None = None) -> dict[str, Any]:
-    """Return the data from which the page's script draws the ledger, or an empty dict if there are no claims.
+    """Return the data of the claims picture for the page's script, or an empty dict if there are no claims.
 
     Parameters
     ----------
@@ -162,7 +162,7 @@ def _words(row: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _claim_numbers(row: Mapping[str, Any], axes: Mapping[str, Abscissa]) -> dict[str, Any]:
-    """Return values, positions and verdicts for the row of a claim.
+    """Return our value of a claim, its position and its verdicts, from the claim's row in ``claims.csv``.
 
     The result is empty if the row has no value, and has no positions if the claim has no axis.
     """
@@ -186,7 +186,7 @@ def _claim_numbers(row: Mapping[str, Any], axes: Mapping[str, Abscissa]) -> dict
 
 
 def _numbers(axis: Abscissa | None, value: float, low: Any, high: Any, agreement: str) -> dict[str, Any]:
-    """Return a value, its verdict, its position on the axis, and the interval if there is one."""
+    """Return the picture data of one value: number, verdict, position on the axis, and interval if there is one."""
     entry = {"value": _short(value), "verdict": agreement, "tone": tone(agreement)}
     if axis:
         entry["at"] = _at(axis.place(value))
@@ -202,13 +202,13 @@ def _short(value: float) -> float:
 
 
 def _at(position: float) -> float:
-    """Return a position in per cent of the width. The bound is at 45, and large distances are compressed."""
+    """Return a horizontal position in per cent of the width. The bound is at 45, and large distances are compressed."""
     compressed = position / (1.0 + abs(position))
     return round(45.0 + (53.0 if compressed > 0 else 43.0) * compressed, 1)
 
 
 def other_sets(results: Published) -> dict[str, Sequence[Mapping[str, Any]]]:
-    """Return the claims of other data sets, from results in neighbouring folders or from the light archives."""
+    """Return the claims of all data sets except the page's own, from neighbouring results or from light archives."""
     claims_of: dict[str, Sequence[Mapping[str, Any]]] = {}
     light = visible(PROJECT / "results" / "archive" / "light", f"*/{CLAIMS}")
     near = visible(results.folder.parent.parent, f"*/{results.scale}/{CLAIMS}")
@@ -220,7 +220,7 @@ def other_sets(results: Published) -> dict[str, Sequence[Mapping[str, Any]]]:
 
 
 def _switches(results: Published, axes: Mapping[str, Abscissa], path: Path) -> list[dict[str, Any]]:
-    """Return the switches with the claims that each switch changes, most changed verdicts first."""
+    """Return the switches of the sensitivity analysis and the claims that each changes, most changed verdicts first."""
     rows = tables.read_rows(path) if path.is_file() else []
     rows_of: dict[tuple[str, str], list[Mapping[str, str]]] = {}
     for row in rows:

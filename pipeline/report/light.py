@@ -28,7 +28,7 @@ MAX_BYTES, METADATA_BYTES = 10_000_000, 500_000
 """Size limits, bytes, of the whole archive and of its metadata."""
 
 RECORDINGS_BYTES = 1_000_000
-"""Size, bytes, that is reserved for recordings when tables are written."""
+"""Bytes of the archive that are reserved for recordings when the tables are written."""
 
 PLAIN_BYTES = 20_000
 """Size, bytes, above which a table is compressed."""
@@ -105,7 +105,7 @@ def keep_light(folder: Path, target: Path, figures: Sequence[str], **traced: Any
                 "the light archive would be too large",
                 target,
                 f"at most {MAX_BYTES} bytes",
-                total,
+                f"{total} bytes",
                 code="file_too_large",
             )
     kinds: Counter[str] = Counter()
@@ -115,11 +115,11 @@ def keep_light(folder: Path, target: Path, figures: Sequence[str], **traced: Any
 
 
 Files = list[tuple[str, bytes]]
-"""Files as pairs of name in the archive and content."""
+"""List of files, each with its name in the archive and its content."""
 
 
 def _smallest_first(results: Published, folder: Path) -> tuple[Files, Files]:
-    """Return two lists of files, each sorted by size: tables with manifests, and recordings.
+    """Return two lists of files, sorted by size: tables with their manifests, and recordings.
 
     Manifests precede tables, and large tables are compressed.
     """

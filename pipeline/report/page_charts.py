@@ -71,14 +71,14 @@ def _series(chart: Chart, line: Line) -> dict[str, Any]:
 
 
 def _short(values: np.ndarray) -> list[float | int | None]:
-    """Return the numbers with six digits, and None for numbers that are not finite."""
+    """Return numbers rounded to six significant digits, with None for numbers that are not finite."""
     return [
         None if not np.isfinite(v) else int(v) if v == int(v) else float(f"{v:.6g}") for v in values.tolist()
     ]
 
 
 def _band_words(chart: Chart, tables: Mapping[str, Any], caption: str) -> str:
-    """Return the meaning of the bands of a chart.
+    """Return a text that explains what the bands of a chart show.
 
     For synthetic people, it may be the range that the caption names.
     """

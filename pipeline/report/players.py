@@ -1,4 +1,4 @@
-"""Compact data of the page's players: walkers, and clips with their cameras.
+"""Compact data of walkers and film clips for the page's players, which reconstruct them in the browser.
 
 `walkers` returns the Fourier representations of all walkers in single precision, a tenth of the bytes of all folds.
 The browser trains each fold from them like `core.linear_model`, and reconstructs like `core.reconstruction`; plug-ins
@@ -38,7 +38,7 @@ CLIP_ARRAYS = (
     "stretch",
 )
 AS_CHOSEN = "as_chosen."
-"""Prefix of the arrays of park2011's figure 4 in which each limb selects its mirror image by itself."""
+"""Prefix of the arrays of park2011's figure 4 in which each limb selects its mirror image independently."""
 
 MAX_CLIPS = 4
 
@@ -53,7 +53,7 @@ COLUMNS: Mapping[str, Mapping[str, tuple[str, ...]]] = {
         )
     },
 }
-"""Table columns with which the browser compares its own results, by figure and table."""
+"""Table columns with which the browser checks the results that it computes, by figure and table."""
 
 
 def columns_of(figure: str) -> dict[str, set[str]]:
@@ -69,7 +69,7 @@ def columns_of(figure: str) -> dict[str, set[str]]:
 
 
 def walkers(figure: PublishedFigure | None) -> tuple[dict[str, Any], str]:
-    """Return the walkers for the browser; or an empty dict, and the reason why there are none.
+    """Return the data of walkers for the browser, or an empty dict with the reason why no walker is available.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ def errors_of_walkers(
 
 
 def clips(figure: PublishedFigure | None) -> tuple[dict[str, Any], str]:
-    """Return one clip of each action of park2011_fig4 for the browser; or an empty dict, and the reason."""
+    """Return one clip of each action of park2011_fig4 for the browser, or an empty dict with the reason."""
     if figure is None:
         return {}, "park2011_fig4 is not made yet"
     if absent := [name for name in CLIP_ARRAYS if AS_CHOSEN + name not in figure.arrays]:

@@ -157,7 +157,9 @@ def read_published(folder: Path, figures: Sequence[str]) -> Published:
         else:
             finished[name] = PublishedFigure(name, folder / name, read_manifest(folder / name))
     if not finished:
-        raise InvalidInput("no figure is published", folder, "one or more", code="nothing_published")
+        raise InvalidInput(
+            "the results folder has no published figure", folder, "one or more", code="nothing_published"
+        )
     claims = folder / "claims.csv"
     files = [claims] if claims.is_file() else visible(folder, "*/claims.csv")
     with as_written(folder / "claims.csv"):
@@ -166,7 +168,7 @@ def read_published(folder: Path, figures: Sequence[str]) -> Published:
 
 
 def numbered_rows(path: Path) -> list[dict[str, Any]]:
-    """Return the rows of a table with numbers as numbers, and None for empty cells."""
+    """Read a CSV table, and return its rows with numeric cells as numbers and empty cells as None."""
     columns = tables.read(path)
     rows = zip(*(map(_cell, column.tolist()) for column in columns.values()), strict=True)
     return [dict(zip(columns, row, strict=True)) for row in rows]

@@ -1,4 +1,4 @@
-"""Templates, style, scripts and packed values that all pages share."""
+"""Templates, style sheets and scripts of the HTML pages, and encoding of values for these pages."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import jinja2
 
 _LARGEST = 32767
-"""Largest integer that `quantised` uses, a signed integer of 16 bits."""
+"""Largest signed integer of 16 bits, to which `quantised` scales the largest value."""
 _FOLDER = Path(__file__).resolve().parent / "page"
 
 _LIGHTER = {

@@ -45,7 +45,7 @@ class Variant:
 
     @property
     def name(self) -> str:
-        """Options that differ between the variants, with short names, e.g. ``components=20``."""
+        """Name of the variant: the options that differ between variants, e.g. ``components=20``."""
         return ", ".join(f"{option.rpartition('.')[2]}={value}" for option, value in self.options.items())
 
 

@@ -1,4 +1,4 @@
-"""Ours against peers and naive loops, as ratios; how time grows; the whole of two papers.
+"""Benchmarks of speed: our code relative to other libraries, growth of the cost with size, and whole papers.
 
   python -m tests.benchmarks [NAME ...] [OPTION=VALUE ...]      all by default
 
@@ -80,7 +80,7 @@ RESULTS = Path(__file__).resolve().parents[2] / "results" / "bench"
 
 
 def main(names: list[str]) -> int:
-    """Exit status after running the named benchmarks, or all of them."""
+    """Run the named benchmarks, or all of them, and return the exit status."""
     if {"-h", "--help"} & set(names):
         print(__doc__)
         return 0
@@ -101,13 +101,13 @@ def main(names: list[str]) -> int:
 
 
 def _known(name: str, options: dict[str, str]) -> list[str]:
-    """Return those of the options that a benchmark has."""
+    """Return the given options that the benchmark accepts, as ``name=value`` texts."""
     has = inspect.signature(importlib.import_module(f"tests.benchmarks.{name}").run).parameters
     return [f"{option}={value}" for option, value in options.items() if option in has]
 
 
 def run(name: str, options: dict[str, str]) -> int:
-    """Exit status after one benchmark, in this process."""
+    """Run one benchmark in this process, and return the exit status."""
     module = importlib.import_module(f"tests.benchmarks.{name}")
     has = inspect.signature(module.run).parameters
     wrong = [option for option in options if option not in has]

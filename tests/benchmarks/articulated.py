@@ -1,4 +1,4 @@
-"""A whole skeleton from one camera: 14 limbs, from images to refined positions; how it grows with F and K.
+"""Time to reconstruct a skeleton of 14 limbs from one camera, and its growth with frames F and DCT coefficients K.
 
 A synthetic body whose angles are smooth wanders before a camera that walks around it.  The first rows are the whole,
 300 frames, with certificates under a time limit of 0.5 s to each limb as by default.  To hold: under 10 s on one core.
@@ -29,7 +29,7 @@ ROUNDS = 2
 
 @dataclass(frozen=True)
 class Shot:
-    """A body and what a camera sees of it."""
+    """Moving body and its images from one camera."""
 
     body: SyntheticBody
     camera: Pinhole
@@ -47,7 +47,7 @@ class Shot:
 
 
 def shot(frames: int, *, noise_px: float = 0.0) -> Shot:
-    """A body that moves at the same pace however long: 5 cosines of its angles to 100 frames."""
+    """Return a moving body and its images; the body moves at the same pace for every number of frames."""
     generator = np.random.default_rng(2011)
     body = synthetic_body(generator, frames, bandwidth=max(3, frames // 20))
     camera = around(frames, target=body.root_mm, sweep_rad=np.pi / 2)
@@ -56,7 +56,7 @@ def shot(frames: int, *, noise_px: float = 0.0) -> Shot:
 
 
 def _stages(one: Shot, basis: TrajectoryBasis, *, limit_s: float) -> Row:
-    """CPU seconds of each stage, and what came out."""
+    """Return the CPU time of the reconstruction, s, the fraction of each stage, and the fraction of proved signs."""
     result = one.skeleton(basis, limit_s=limit_s, refine=True)  # warm
 
     def seconds(limit: float, refine: bool) -> float:
@@ -83,7 +83,7 @@ def _stages(one: Shot, basis: TrajectoryBasis, *, limit_s: float) -> Row:
 
 
 def run() -> list[Row]:
-    """Rows of the whole, and rows of growth with their exponents."""
+    """Return rows for whole reconstructions, and rows for the growth of time with F and K and its exponents."""
     rows: list[Row] = []
     for basis, basis in (
         ("hard", TrajectoryBasis(COMPONENTS)),
@@ -92,7 +92,9 @@ def run() -> list[Row]:
         for noise_px in (0.0, 1.0):
             row = _stages(shot(FRAMES, noise_px=noise_px), basis, limit_s=LIMIT_S)
             if not float(row["total_s"]) < BOUND_S:
-                raise SystemExit(f"a skeleton of {FRAMES} frames takes {row['total_s']} s, over {BOUND_S:g}")
+                raise SystemExit(
+                    f"a skeleton of {FRAMES} frames takes {row['total_s']} s, more than {BOUND_S:g} s"
+                )
             rows.append({"job": f"whole, {basis} basis, {noise_px:g} px", **_sizes(FRAMES, basis), **row})
     for grows, sizes in (("F", BY_FRAMES), ("K", BY_COMPONENTS)):
         result = []

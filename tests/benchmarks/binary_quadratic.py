@@ -1,4 +1,4 @@
-"""The binary quadratic programme of a limb against SCIP on the same programme, and how its cost grows with F and K.
+"""Time of the binary quadratic programme of one limb, compared with the solver SCIP, and its growth with F and K.
 
 Limbs are synthetic: 300 mm, 4 m from the camera, 30 frames per second, sure to be smooth but not to lie in the basis.
 SCIP takes part where pyscipopt is installed, in one thread, from nothing, on the first few limbs, by either of two
@@ -27,12 +27,12 @@ LIMIT_S = 5.0
 GAP = 1e-6
 LIMBS = 10
 FEW = 3
-"""Limbs that SCIP is given."""
+"""Number of limbs that SCIP solves."""
 
 
 @dataclass(frozen=True)
 class Limb:
-    """Candidates of a limb whose truth is known.
+    """Candidate positions of one limb in each frame, with the true signs and positions.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class Limb:
 def limb(
     frames: int, seed: int, *, noise_px: float = 0.0, camera: str = "still", rate_hz: float = 1.5
 ) -> Limb:
-    """A limb of 300 mm that turns smoothly about a parent that wanders, seen from 4 m at f = 1 000 px.
+    """Return a 300 mm limb that rotates smoothly about a moving parent joint, seen from 4 m with f = 1 000 px.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def limb(
 
 @dataclass(frozen=True)
 class Peer:
-    """Result of SCIP: J of its signs by our count, whether it was proved, and the time."""
+    """Result of SCIP: objective J recomputed from its signs, whether it is proved optimal, and the time."""
 
     objective: float
     proved: bool
@@ -120,7 +120,7 @@ def by_scip(
     target: float = -np.inf,
     residuals: bool = True,
 ) -> Peer:
-    """SCIP on the same programme: least t with ||(I - B B^T)(m + s u)||² <= t, for an orthonormal basis.
+    """Solve the programme with SCIP: smallest t with ||(I - B B^T)(m + s u)||² <= t, for an orthonormal basis B.
 
     Parameters
     ----------
@@ -188,7 +188,7 @@ def by_scip(
 
 
 def _watch(scip: ModuleType, good: Callable[[], bool]):  # type: ignore[no-untyped-def]  # its base is imported late
-    """An event handler that notes when the best solution is first good enough."""
+    """Return an event handler of SCIP that records the time at which its best solution is first good enough."""
 
     class Watch(scip.Eventhdlr):  # type: ignore[name-defined]
         started = 0.0
@@ -210,7 +210,7 @@ def _watch(scip: ModuleType, good: Callable[[], bool]):  # type: ignore[no-untyp
 def _ours(
     problems: list[tuple[np.ndarray, Limb]], limit_s: float
 ) -> tuple[list[float], list[BinarySolution], list[float]]:
-    """Milliseconds to the first signs, solutions, and milliseconds to each, of all problems."""
+    """Return the times to the first signs, ms, the solutions, and the times to the solutions, ms, of all problems."""
     first, result, whole = [], [], []
     for basis, single in problems:
         programme = programme_of(basis, single.middle, single.half_chord)
@@ -224,7 +224,7 @@ def _ours(
 
 
 def _row(label: str, problems: list[tuple[np.ndarray, Limb]], limit_s: float, scip: ModuleType | None) -> Row:
-    """One size and kind of limb."""
+    """Return the table row for one size and kind of limb."""
     first, result, whole = _ours(problems, limit_s)
     row: Row = {
         "limbs": label,
@@ -259,7 +259,7 @@ def _row(label: str, problems: list[tuple[np.ndarray, Limb]], limit_s: float, sc
             for run in runs:
                 if run.proved and mine.proved and abs(run.objective - mine.objective) > 1e-4 * mine.objective:
                     raise SystemExit(
-                        f"the answers differ: {mine.objective:.8g} and SCIP's {run.objective:.8g}"
+                        f"two proved optima of J differ: ours is {mine.objective:.8g}, SCIP's is {run.objective:.8g}"
                     )
             peers.append(runs)
         reached = float(np.median([min(run.seconds_to_target for run in runs) for runs in peers]))
@@ -272,14 +272,14 @@ def _row(label: str, problems: list[tuple[np.ndarray, Limb]], limit_s: float, sc
 
 
 def _first_is_best(problems: list[tuple[np.ndarray, Limb]], found: list[BinarySolution]) -> int:
-    """Return the number of limbs for which neither search improved the first signs."""
+    """Return the number of limbs whose first signs were already the best that the whole search found."""
     programmes = [programme_of(basis, single.middle, single.half_chord) for basis, single in problems]
     firsts = [programme.objective(sign_search.search(programme)) for programme in programmes]
     return sum(first <= best.objective * (1 + 10 * GAP) for first, best in zip(firsts, found, strict=True))
 
 
 def run() -> list[Row]:
-    """Rows of growing F and K without noise, then of noise, soft bases and other cameras."""
+    """Return rows for growing F and K without noise, and rows for noise, soft bases and other cameras."""
     scip: ModuleType | None = None
     try:
         scip = import_module("pyscipopt")

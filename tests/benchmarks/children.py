@@ -1,4 +1,4 @@
-"""Work in a process of its own: its seconds and the most memory that it held."""
+"""Time and peak memory of a computation in a separate process."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ PER_MEGABYTE = 2**20 if sys.platform == "darwin" else 2**10
 
 @dataclass(frozen=True)
 class Used:
-    """Time and memory of a process, with all the processes that it waited for.
+    """Time and peak memory of a process and its child processes.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class Used:
 
 
 def run(arguments: Sequence[str], folder: Path) -> Used:
-    """Run Python with arguments in a folder, from which it also imports.
+    """Run Python with these arguments in a folder, from which it also imports; return its time and memory.
 
     Raises
     ------
@@ -49,6 +49,6 @@ def run(arguments: Sequence[str], folder: Path) -> Used:
     _, status, usage = os.wait4(child.pid, 0)
     child.returncode = os.waitstatus_to_exitcode(status)
     if child.returncode:
-        raise SystemExit(f"python {' '.join(arguments)} ended with {child.returncode}")
+        raise SystemExit(f"python {' '.join(arguments)} ended with exit status {child.returncode}")
     wall_s = time.perf_counter() - started
     return Used(wall_s, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / PER_MEGABYTE, output)

@@ -1,4 +1,4 @@
-"""Wall time of the commands in README and docs in this clone; renews their rows in results/durations.csv.
+"""Wall time of the commands in README and docs in this clone, written to results/durations.csv.
 
 Options: `only`, a part of a command, such as `only=test`; `film`, the film of `make reconstruct`, and `recordings`, the
 folder of `make inspect`, which are not measured without them.  Measure on an idle machine.
@@ -24,11 +24,11 @@ GALLERY = (
     *("zhang2004_fig5", "zhang2007_fig3", "zhang2007_fig4", "zhang2007_fig5", "zhang2007_joint_angles"),
     *("mozerov2006_fig3", "mozerov2006_fig4", "park2011_fig3a", "park2011_fig4"),
 )
-"""Figures of docs/gallery.md."""
+"""Names of the figures in docs/gallery.md."""
 
 
 def commands(folder: str, film: str, recordings: str) -> dict[str, tuple[str, list[str]]]:
-    """Return input and arguments of Python for each command, with results in a folder."""
+    """Return the data and the Python arguments of each command on the pages, with `folder` for the results."""
     figures = ["-m", "pipeline", "figures", f"results={folder}"]
     tests = ["-m", "pytest", "-q", "-n", "auto", "--dist", "loadfile", "--no-loadscope-reorder"]
     reconstruct = ["-m", "pipeline", "reconstruct", f"input.path={film}", f"output.path={folder}/walk"]
@@ -54,7 +54,7 @@ def commands(folder: str, film: str, recordings: str) -> dict[str, tuple[str, li
 
 
 def run(only: str = "", film: str = "", recordings: str = "") -> list[Row]:
-    """Return a row for each command that was measured, after renewing the table."""
+    """Measure the commands, update the table of durations, and return a row for each command."""
     rows: list[Row] = []
     with tempfile.TemporaryDirectory() as folder:
         for command, (source, arguments) in commands(folder, film, recordings).items():

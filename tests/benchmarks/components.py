@@ -1,4 +1,4 @@
-"""Components for 95 and 95.5 % of the variance of synthetic people whose motion is disturbed; no times.
+"""Number of components for 95 and 95.5 % of the variance, for synthetic people with disturbed motion.
 
 Option: `populations`, of 80 people each.  A walk of eight seconds is disturbed before its Fourier representation,
 and goes the way of a recording (zhang2004: 226 numbers with the frequency).  Numbers are means over populations.
@@ -50,19 +50,19 @@ SIZES = {
     "placement of 33": (10.0,),
     "overground": (8.0, 2.5),
 }
-"""Disturbance → its sizes."""
+"""Sizes of each kind of disturbance, in mm, per cent or seconds."""
 
 Walker = tuple[float, np.ndarray]  # speed, mm/s; joints (T, 15, 3), mm, to spare beyond `FRAMES`
 
 
 def cycles(positions: np.ndarray) -> np.ndarray:
-    """Return the phase (T,), cycles, of a walk on the spot: that of the distance between the ankles."""
+    """Return the phase (T,), cycles, of a walk on the spot, derived from the distance between the ankles."""
     reach = positions[:, LEFT_LEG[2], 1] - positions[:, RIGHT_LEG[2], 1]
     return np.unwrap(np.angle(hilbert(reach - reach.mean()))) / (2.0 * np.pi)
 
 
 def tissue(positions: np.ndarray, rms_mm: float, rng: np.random.Generator) -> np.ndarray:
-    """Return joints that also move in the first two harmonics of the stride, by `rms_mm` in the mean over people."""
+    """Return joints with added oscillations of `rms_mm` at the first two harmonics of the stride."""
     angle = 2.0 * np.pi * cycles(positions)
     waves = np.stack([f(h * angle) for h in (1, 2) for f in (np.sin, np.cos)], axis=1)
     amplitudes = rms_mm / np.sqrt(2.0) * rng.standard_normal((4, *positions.shape[1:]))
@@ -70,7 +70,7 @@ def tissue(positions: np.ndarray, rms_mm: float, rng: np.random.Generator) -> np
 
 
 def strides(positions: np.ndarray, percent: float, rng: np.random.Generator) -> np.ndarray:
-    """Return joints in strides whose duration and excursion from the mean posture vary from one to the next."""
+    """Return joints of a walk whose strides vary in duration and in excursion from the mean posture."""
     sd, phase = percent / 100.0, cycles(positions)
     knots = np.arange(np.floor(phase[0]), np.ceil(phase[-1]) + 1.0)
     durations, gains = 1.0 + sd * rng.standard_normal((2, len(knots)))
@@ -84,7 +84,7 @@ def strides(positions: np.ndarray, percent: float, rng: np.random.Generator) -> 
 
 
 def disturbed(walker: Walker, option: str, size: float, rng: np.random.Generator) -> np.ndarray:
-    """Return the joints (T, 15, 3), mm, of a walker after one disturbance."""
+    """Return the joints (T, 15, 3), mm, of a walker with one kind of disturbance."""
     speed, walk = walker
     walk = walk if option == "strides" else walk[:FRAMES]
     way = np.arange(len(walk))[:, None, None] * np.array([0.0, speed / RATE_HZ, 0.0])
@@ -99,7 +99,7 @@ def disturbed(walker: Walker, option: str, size: float, rng: np.random.Generator
 
 
 def shares_left(walks: list[np.ndarray], locomotion: Locomotion) -> tuple[np.ndarray, int]:
-    """Return the shares of variance left beyond 0, 1, … components of walks (T, 15, 3), mm, and the number of walks.
+    """Return the fraction of variance that 0, 1, … components leave for walks (T, 15, 3), mm, and the number of walks.
 
     The limits on periodicity are open: without the least periodic people the others would look more alike.
     """
@@ -115,19 +115,19 @@ def shares_left(walks: list[np.ndarray], locomotion: Locomotion) -> tuple[np.nda
 
 
 def needed(left: np.ndarray, share: float) -> int:
-    """Return the smallest number of components that leave at most 1 − share."""
+    """Return the smallest number of components that explain at least the fraction `share` of the variance."""
     return int(np.argmax(left <= 1.0 - share + 1e-12))
 
 
 def crowd(seed: int) -> list[Walker]:
-    """Return the walkers of a population."""
+    """Return the synthetic walkers of one population."""
     members = walkers.members(derive_generator(seed, "ingest"), **split_by_sex(PEOPLE))
     pairs = [walkers.walker(member, DURATION_S + SPARE_S, RATE_HZ, 0.5, 1.0) for member in members]
     return [(person.speed, walk) for person, walk in pairs]
 
 
 def run(populations: int | str = 2) -> list[Row]:
-    """A row for each disturbance and size; the first is undisturbed."""
+    """Return a row for each disturbance and size; the first row is undisturbed."""
     crowds, rows = [crowd(seed) for seed in range(int(populations))], list[Row]()
     for option, sizes in SIZES.items():
         for size in sizes:

@@ -1,4 +1,4 @@
-"""Share of the ledger's 95 % intervals that contain the true mean, by number of people and shape of distribution.
+"""Fraction of 95 % bootstrap intervals that contain the true mean, by number of people and shape of the distribution.
 
 No times: shares of the samples, in percent, drawn from a fixed seed.  People are resampled as in the ledger;
 populations have Student's interval of their mean.
@@ -17,14 +17,14 @@ SHAPES = {"normal": None, "gamma of shape 4": 4.0, "exponential": 1.0}
 
 
 def sample(generator: np.random.Generator, shape: float | None, size: int) -> np.ndarray:
-    """Values of people, of mean 1."""
+    """Return a random sample of people's values from a distribution with mean 1."""
     if shape is None:
         return generator.normal(1.0, 0.3, size=size)
     return generator.gamma(shape, 1.0 / shape, size=size)
 
 
 def coverage(people: int, shape: float | None, draws: int, *, resamples: int = bootstrap.RESAMPLES) -> float:
-    """Share of samples, in percent, whose interval of the mean over people holds the true one."""
+    """Return the percentage of samples whose 95 % interval of the mean contains the true mean."""
     generator = derive_generator(0, f"coverage {people} {shape}")
     fixed = 0
     for _ in range(draws):
@@ -37,7 +37,7 @@ def coverage(people: int, shape: float | None, draws: int, *, resamples: int = b
 
 
 def run(draws: int | str = 2000) -> list[Row]:
-    """A row for each number of people, a column for each shape."""
+    """Return a row for each number of people, with a column for each shape of the distribution."""
     return [
         {"people": people, **{name: coverage(people, shape, int(draws)) for name, shape in SHAPES.items()}}
         for people in PEOPLE

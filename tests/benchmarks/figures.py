@@ -1,4 +1,4 @@
-"""Wall and processor time of each figure, from an empty cache, against another commit's in turns; peak memory.
+"""Wall time, processor time and peak memory of each figure, computed alternately with this commit and another commit.
 
 Options: `reference` (a checkout of the other commit; without it only our own times are taken), `figures` (names with
 commas between; all by default), `scale`, `data`, `rounds`, `workers`.  A ratio is reference over ours, the median of
@@ -22,11 +22,11 @@ def run(
     reference: str = "", figures: str = "", scale: str = "full", data: str = "synthetic", rounds: str = "1",
     workers: str = "1",
 ) -> list[Row]:  # fmt: skip
-    """One row for each figure that both commits have."""
+    """Return one row for each figure that both commits have."""
     checkouts = {"ours": HERE} | ({"reference": Path(reference).resolve()} if reference else {})
     for checkout in checkouts.values():
         if not (checkout / "pipeline" / "__main__.py").is_file():
-            raise SystemExit("reference must be a checkout of this project")
+            raise SystemExit("the option reference must name a checkout of this project")
     target = figures.split(",") if figures else list(plugins.conf_files("experiment"))
     rows = []
     for figure in target:
@@ -47,7 +47,7 @@ def run(
 
 
 def _made(checkout: Path, figure: str, options: list[str]) -> children.Used:
-    """Make one figure with a checkout, without its recording; return its time and memory."""
+    """Compute one figure with a checkout, without its recording; return its time and memory."""
     # Before the code was cut by study, the options of figures were those of the report.
     group = "report" if (checkout / "conf" / "report").is_dir() else "figure"
     with tempfile.TemporaryDirectory() as folder:
@@ -78,7 +78,7 @@ def _row(figure: str, used: dict[str, list[children.Used]]) -> Row:
 
 
 def draw(rows: list[Row], stem: Path) -> None:
-    """Times of the reference over ours, or our own seconds, by figure in the order of the table."""
+    """Draw the time of the reference relative to ours, or our own seconds, against the number of the figure."""
     columns = [c for c in rows[0] if c.startswith("times_ours")] or ["ours_cpu_s", "ours_wall_s"]
     names = ", ".join(f"{n} {row['figure']}" for n, row in enumerate(rows, 1))
     pictures.draw_columns(stem, rows, columns, xlabel="Figure", caption=f"{names}.")

@@ -1,4 +1,4 @@
-"""A public film with optical joint centres, reconstructed by the command and held against them; nothing is timed.
+"""Errors of a public film, reconstructed by the command, relative to optical joint centres; nothing is timed.
 
 A row from the film (where the extra `video` and its networks are there) and one from its keypoints: verdict, heading
 and cadence; the mean distance of hips, knees, ankles, shoulders, elbows and wrists from the recorded centres, mm, both
@@ -24,7 +24,7 @@ from walk3d.film.reconstruct.writing import run as reconstruct
 
 
 def run() -> list[Row]:
-    """One row for the film, one for its keypoints."""
+    """Return one row for the film and one row for its keypoints."""
     folder = folder_of_film("film_with_truth")
     inputs = ["mediapipe.csv"]
     if all(importlib.util.find_spec(name) for name in ("cv2", "ai_edge_litert")):
@@ -60,7 +60,7 @@ def _row(folder: Path, name: str) -> Row:
 
 
 def _aligned(found: np.ndarray, truth: np.ndarray) -> tuple[np.ndarray, float]:
-    """Points turned about the vertical and scaled to lie nearest to the truth, and the scale."""
+    """Return points rotated about the vertical and scaled to fit the ground truth, and the scale factor."""
     a, b = found[..., 0] + 1j * found[..., 1], truth[..., 0] + 1j * truth[..., 1]
     level = a * np.exp(1j * np.angle((a.conj() * b).sum()))
     points = np.stack([level.real, level.imag, found[..., 2]], axis=-1)
@@ -69,7 +69,7 @@ def _aligned(found: np.ndarray, truth: np.ndarray) -> tuple[np.ndarray, float]:
 
 
 def _knee(points: np.ndarray, side: str) -> np.ndarray:
-    """Flexion (T,), degrees: the angle between thigh and shank."""
+    """Return the knee flexion (T,), degrees: the angle between thigh and shank."""
     hip, knee, ankle = (points[:, JOINTS.index(f"{side}_{joint}")] for joint in ("hip", "knee", "ankle"))
     thigh, shank = knee - hip, ankle - knee
     size = np.linalg.norm(thigh, axis=-1) * np.linalg.norm(shank, axis=-1)

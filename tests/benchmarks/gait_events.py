@@ -1,4 +1,4 @@
-"""Contacts and toe-offs by the turning points of ankles, against what a laboratory marked; nothing is timed.
+"""Delay of a laboratory's foot contacts and toe-offs after the turning points of the ankles; nothing is timed.
 
 The events are in the C3D files of biomechZoo.  For each kind: how many, of how many people; the mean share of the cycle
 by which they come after the ankle's turning points about the pelvis; and how far they are, ms, from these points and
@@ -22,11 +22,11 @@ from pipeline.validation import InvalidInput
 from tests.benchmarks.tables import Row
 
 KINDS = {"contact": ("Foot Strike", 1.0), "toe_off": ("Foot Off", -1.0)}
-"""Label of the event in the file, and the sign of the ankle's turning point."""
+"""Label of each event in the file, and sign of the ankle coordinate at its turning point."""
 
 
 def run() -> list[Row]:
-    """One row for each kind of event."""
+    """Return one row for each kind of gait event."""
     mirrors = [Path(part) for part in os.environ.get("MOCAP_MIRROR", "").split(os.pathsep) if part]
     rows = [row for row in read_sources(resources.DATA / "sources.csv") if row["source"] == "biomechzoo"]
     paths = [(row["subject"], resolve(row, raw=resources.DATA / "raw", mirror=mirrors)) for row in rows]
@@ -36,12 +36,14 @@ def run() -> list[Row]:
             for kind, late, period in _late(path):
                 result[kind].append((person, late, period))
     if not any(result.values()):
-        raise SystemExit("gait_events: no recording of biomechzoo")
+        raise SystemExit(
+            "gait_events: no recording of biomechzoo was found; set MOCAP_MIRROR or run make data"
+        )
     return [_row(kind, events) for kind, events in result.items()]
 
 
 def _late(path: Path) -> list[tuple[str, float, float]]:
-    """Return the delay of each event after its ankle's nearest turning point, as a share of the cycle and in s."""
+    """Return the kind of each event, its delay after the ankle's nearest turning point, cycles, and the cycle, s."""
     data = path.read_bytes()
     parameters = read_parameters(data, read_header(data, path.name), path.name, [])
     times = np.array(parameters.numbers("EVENT:TIMES")).reshape(-1, 2) @ [60.0, 1.0]

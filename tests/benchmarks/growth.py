@@ -1,4 +1,4 @@
-"""Cost against walkers, views, frames, performances, clips and particles: processor time, memory, exponents.
+"""Growth of processor time and memory with the numbers of walkers, views, frames, performances, clips and particles.
 
 Options: `jobs` (names with commas between), `sizes=reduced` for a quick look.  Every row is a process of its own; its
 seconds are those of the work alone, its memory that of the whole process.  The exponent is the slope of log seconds
@@ -42,14 +42,14 @@ JOBS = {
     "model": ("walkers", (80, 400, 2000, 10000)),
     "sweep": ("walkers", (80, 400, 2000, 10000)),
 }
-"""Name of a job → what grows, and its sizes."""
+"""Quantity that grows, and its sizes, for each job."""
 
 Work = tuple[Callable[[], object], float]
-"""Function that is timed, and how many times its work is the whole."""
+"""Function that is timed, and factor from its work to the work of the whole job."""
 
 
 def run(jobs: str = "", sizes: str = "full") -> list[Row]:
-    """One row for each job and size; the exponent stands in each row of a job."""
+    """Return one row for each job and size, with the exponent of the job's growth."""
     rows: list[Row] = []
     for job in jobs.split(",") if jobs else JOBS:
         grows, each = JOBS[job]
@@ -74,7 +74,7 @@ def run(jobs: str = "", sizes: str = "full") -> list[Row]:
 
 
 def slope_with_error(x: np.ndarray, y: np.ndarray) -> tuple[float, float]:
-    """Slope of y on x by least squares, and its standard error.
+    """Return the slope of y on x by least squares, and its standard error.
 
     Examples
     --------
@@ -89,7 +89,7 @@ def slope_with_error(x: np.ndarray, y: np.ndarray) -> tuple[float, float]:
 
 
 def draw(rows: list[Row], stem: Path) -> None:
-    """Processor time and peak memory against size."""
+    """Draw processor time and peak memory against the size of the job."""
     slopes = {str(r["job"]): f"{r['job']} {r['exponent']:.2f} ± {r['exponent_se']:.2f}" for r in rows}
     pictures.draw_growth(stem, pd.DataFrame(rows), "Exponents of time: " + ", ".join(slopes.values()) + ".")
 
@@ -98,7 +98,7 @@ def draw(rows: list[Row], stem: Path) -> None:
 
 
 def _figure(grows: str, size: int) -> children.Used:
-    """Make figure 5 of zhang2007 without a store, with `size` walkers or views; return its time and memory."""
+    """Compute figure 5 of zhang2007 for `size` walkers or views from an empty cache; return its time and memory."""
     option = (
         f"data.population={size}" if grows == "walkers" else f"sweep.view_angle_deg.step={180 / (size - 1):g}"
     )
@@ -117,7 +117,7 @@ def _synchronizing(performances: int) -> Work:
 
 
 def _walks(people: int, frames: int) -> np.ndarray:
-    """Walks (people, frames, 15, 3) in mm, on the spot: a few synthetic people over and over."""
+    """Return walks on the spot, (people, frames, 15, 3) mm; a few synthetic people are repeated."""
     from pipeline.core import fourier
     from tests.benchmarks.inputs import samples
 
@@ -178,7 +178,7 @@ def _tracking(particles: int, frames: int) -> Work:
 
 
 def _population(walkers: int) -> np.ndarray:
-    """Walkers (R, 225), mm, drawn from the normal distribution of 80 synthetic ones and a little of everything."""
+    """Return random walkers (R, 225), mm, with mean and covariance of 80 synthetic walkers and added white noise."""
     from tests.benchmarks.inputs import samples
 
     generator, people = np.random.default_rng(3), samples()
@@ -210,7 +210,7 @@ def _sweeping(walkers: int) -> Work:
 
 
 def _here(job: str, size: int) -> dict[str, float]:
-    """Processor seconds of one job in this process, the shortest of three."""
+    """Run one job three times in this process, and return its shortest processor time, s."""
     with tempfile.TemporaryDirectory() as name:
         prepare: dict[str, Callable[[], Work]] = {
             "synchronize": lambda: _synchronizing(size),

@@ -1,4 +1,4 @@
-"""Joints hidden and estimated from the others, on recorded people, by the model of synthetic walkers.
+"""Error of hidden joints of recorded people, estimated from the visible joints by a model of synthetic walkers.
 
 For each group of joints: the root mean square distance of the expected positions from the measured ones over a cycle,
 all joints of the group and all people together, and the median and the worst person, mm at the person's own size.
@@ -32,7 +32,7 @@ GROUPS = {
 
 
 def run() -> list[Row]:
-    """One row for each group of joints."""
+    """Return one row for each group of hidden joints."""
     experiment = compose(["experiment=zhang2007_fig5", "data=optical"])
     try:
         clips = experiment.data.request(WALKS, experiment.skeleton, 1, 1).make()

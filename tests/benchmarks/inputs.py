@@ -1,4 +1,4 @@
-"""The same inputs for both sides: synthetic walkers as rows of 225 numbers."""
+"""Input of the benchmarks: synthetic walkers as vectors of 225 numbers, used for our code and for other libraries."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ VIEWS_RAD = np.radians(np.arange(-90.0, 91.0))
 
 @cache
 def samples(male: int = 32, female: int = 48) -> np.ndarray:
-    """Fourier representations of the embedded population, (R, 225) mm."""
+    """Return the Fourier representations (R, 225), mm, of synthetic walkers."""
     walkers = synthetic.walking_population(np.random.default_rng(2007), male=male, female=female)
     rate = walkers.frame_rate_hz
     series = [
@@ -32,5 +32,5 @@ def samples(male: int = 32, female: int = 48) -> np.ndarray:
 
 
 def split_by_sex(walkers: int) -> dict[str, int]:
-    """Counts of men and women in the papers' proportion of 2 to 3."""
+    """Return the numbers of men and women in the papers' ratio of 2 to 3."""
     return {"male": round(0.4 * walkers), "female": walkers - round(0.4 * walkers)}

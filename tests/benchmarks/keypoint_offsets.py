@@ -1,4 +1,4 @@
-"""Distance of MediaPipe's joints from optical joint centres, on the one film that has both; nothing is timed.
+"""Distance of MediaPipe's joints from optical joint centres, on the only film with both; nothing is timed.
 
 For each kind of joint, in the walker's frame (outwards of its side, forwards, up): the offset, mm, that both sides
 share, less the mean of all kinds (which no film tells from where the camera stands), with its standard error, and the
@@ -30,16 +30,16 @@ from walk3d.film.reconstruct.image import in_pixels
 CENTRES = {
     "shoulder": "humerus", "elbow": "ulna", "wrist": "hand", "hip": "femur", "knee": "tibia", "ankle": "talus",
 }  # fmt: skip
-"""Body of OpenSim whose origin is the centre of the joint."""
+"""Body of the OpenSim model whose origin is the joint centre, for each kind of joint."""
 OFFSET_MM, OWN_MM, NOISE_PX, FOCAL_SD = 40.0, 10.0, 4.0, 0.25
-"""Standard deviations of offsets, of what a side has of its own, of a keypoint and of the logarithm of f."""
+"""Prior standard deviations of shared offsets and one-sided offsets, mm, of keypoints, px, and of log focal length."""
 _OUTWARDS = {"left": -1.0, "right": 1.0}
 _KINDS = len(CENTRES)
 JOINTS = [f"{side}_{kind}" for kind in CENTRES for side in _OUTWARDS]
 
 
 def run() -> list[Row]:
-    """One row for each kind of joint."""
+    """Return one row for each kind of joint."""
     folder = folder_of_film("keypoint_offsets")
     source = keypoints.read(str(folder / "mediapipe.csv"))
     layout, order, _ = layouts.recognise(source, "")
@@ -66,15 +66,17 @@ def run() -> list[Row]:
 
 
 def folder_of_film(asks: str) -> Path:
-    """The folder with the film, its keypoints and the recorded joint centres."""
+    """Return the folder with the film, its keypoints and the optical joint centres."""
     folder = Path(os.environ.get("KEYPOINTS_RECORDINGS", "")) / "mediapipe_oblique_with_truth"
     if not (folder / "sample_mocap.json").is_file():
-        raise SystemExit(f"{asks}: needs KEYPOINTS_RECORDINGS, with mediapipe_oblique_with_truth in it")
+        raise SystemExit(
+            f"{asks}: set KEYPOINTS_RECORDINGS to the folder that contains mediapipe_oblique_with_truth"
+        )
     return folder
 
 
 def centres(path: Path, times: np.ndarray) -> np.ndarray:
-    """Centres (T, 12, 3) of `JOINTS` at the film's times, s, in mm: to the walker's right, forwards, up."""
+    """Return optical joint centres (T, 12, 3), mm, at the film's times: to the walker's right, forwards, up."""
     recorded = json.loads(path.read_text(encoding="utf-8"))
     bodies = [f"{CENTRES[joint.split('_')[1]]}_{joint[0]}" for joint in JOINTS]
     points = 1e3 * np.stack([recorded["bodies"][body]["translation"] for body in bodies], axis=1)
@@ -89,7 +91,7 @@ def centres(path: Path, times: np.ndarray) -> np.ndarray:
 def _offsets(
     truth: np.ndarray, image: np.ndarray, seen: np.ndarray, focal_px: float
 ) -> tuple[np.ndarray, np.ndarray, float]:
-    """Offsets (kinds, 3) less their mean, their standard errors, mm, and the residual, px."""
+    """Return the offset of each kind of joint from the mean offset, its standard error, mm, and the residual, px."""
     side = np.array([*_OUTWARDS.values()] * _KINDS)
     mirror = np.stack([side, np.ones_like(side), np.ones_like(side)], axis=-1)
     kind = np.arange(2 * _KINDS) // 2
@@ -122,7 +124,7 @@ def _offsets(
 
 
 def _starts(truth: np.ndarray, image: np.ndarray, focal_px: float) -> list[np.ndarray]:
-    """Level cameras from twelve sides, as far off as the walker's size in the image says."""
+    """Return initial cameras at twelve azimuths around the walker, at the distance given by the walker's image size."""
     middle = truth.mean(axis=(0, 1))
     depth = focal_px * np.ptp(truth[..., 2], axis=1).mean() / np.ptp(image[..., 1], axis=1).mean()
     starts = []

@@ -1,4 +1,4 @@
-"""Simulated films of people of a laboratory that the model does not know, with a few other people known in 3D.
+"""Errors of simulated films of people from an unseen laboratory, with and without 3D data of a few of its people.
 
 For CMU and biomechZoo, by a model of all other people: mean distance of the joints, mm, and root mean square error of
 the knees, degrees, mean over people and four views, with none, one and three other people known; and the same without
@@ -38,12 +38,12 @@ LABORATORIES = ("biomechzoo", "cmu")
 HEADINGS_DEG = (0, 30, 60, 90)
 KNOWN = (0, 1, 3)
 COMPONENTS = 9
-"""Fewer than half of the fewest people who are left."""
+"""Number of components, less than half of the smallest number of training people."""
 USUAL = Condition(kind="usual", level="usual")
 
 
 def run() -> list[Row]:
-    """One row for each laboratory, number of known people, and whether unfamiliar laboratories are allowed for."""
+    """Return one row for each laboratory, number of known people, and allowance for unfamiliar laboratories."""
     experiment = compose(["experiment=keypoints_headings", "data=many"])
     try:
         walks = experiment.data.request(WALKS, experiment.skeleton, 1, 1).make()
@@ -83,7 +83,7 @@ def _rows(walks: Walks, laboratory: str) -> list[Row]:
 
 
 def _errors(walks: Walks, walk: int, truth: TrainingWalk, heading: int, prior: Prior) -> tuple[float, float]:
-    """Errors of joints, mm, and knees, degrees, of one film; the same one whatever is known."""
+    """Return the joint error, mm, and the knee error, degrees, of one simulated film."""
     filming = Filming(heading_rad=float(np.radians(heading)), speed_mm_s=belt_speed_mm_s(truth))
     generator = derive_generator(2007, f"known people {walk} {heading}")
     simulated = film(generator, walks, walk, DetectorError(), filming, longest_s=3.0)

@@ -1,4 +1,4 @@
-"""80 linear models of 225 numbers, each without one walker, against a full SVD per fold."""
+"""Time to train 80 linear models in 225 dimensions, each without one walker, compared with one full SVD per model."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tests.benchmarks.timing import in_turns, relative_difference
 
 
 def _numpy_svd(rows: np.ndarray) -> list[np.ndarray]:
-    """Eigenvalues of every fold, by numpy."""
+    """Return the eigenvalues of every leave-one-out model, computed by numpy."""
     result = []
     for r in range(len(rows)):
         training = np.delete(rows, r, axis=0)
@@ -24,7 +24,7 @@ def _numpy_svd(rows: np.ndarray) -> list[np.ndarray]:
 
 
 def run() -> list[Row]:
-    """Rows against scikit-learn and against numpy, after their eigenvalues have been compared."""
+    """Compare the eigenvalues, and return rows with the times of scikit-learn and numpy relative to ours."""
     rows = samples()
 
     def ours() -> list[np.ndarray]:

@@ -1,4 +1,4 @@
-"""The error of approach II for 625 values of sigma² at 181 views of every walker, models given."""
+"""Time to compute the errors of approach II for 625 values of sigma² at 181 views of every walker."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from tests.benchmarks.timing import in_turns, relative_difference
 
 SIGMA2_MM2 = np.arange(1.0, 626.0)
 FEW_FOLDS, EVERY_VIEW, EVERY_SIGMA2 = 2, 20, 13
-"""The peer's share: two walkers, every 20th view, every 13th sigma²."""
+"""Part of the problem that the plain implementation computes: two walkers, every 20th view, every 13th sigma²."""
 
 
 def run() -> list[Row]:
-    """One row, after the errors of the peer's share have been compared."""
+    """Compare the errors with a plain implementation on a part of the problem, and return one row with the times."""
     rows = samples()
     few_views, few_sigma2 = VIEWS_RAD[::EVERY_VIEW], SIGMA2_MM2[::EVERY_SIGMA2]
 

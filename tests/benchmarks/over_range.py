@@ -1,4 +1,4 @@
-"""Coefficients beyond the range of the training people, by image noise and number of components; no times.
+"""Percentage of coefficients outside the range of the training people, by image noise and number of components.
 
 Each of 80 synthetic people is left out in turn and reconstructed by least squares from 13 views [zhang2007 3.9].
 
@@ -25,13 +25,13 @@ VIEWS_RAD = np.radians(np.arange(-90.0, 91.0, 15.0))
 
 
 def over_range(coefficients: np.ndarray, training: np.ndarray) -> float:
-    """Return the share, %, of coefficients (…, N) beyond the range of those of training people (R, N)."""
+    """Return the percentage of coefficients (…, N) outside the range of the training people's coefficients (R, N)."""
     beyond = (coefficients < training.min(axis=0)) | (coefficients > training.max(axis=0))
     return 100.0 * float(beyond.mean())
 
 
 def _shares(people: np.ndarray, components: int, noise_mm: float) -> Iterator[tuple[float, float]]:
-    """Yield the shares of each person who is left out: from an image, and from all numbers without noise."""
+    """Yield, for each left-out person and view, the percentages outside the range, from an image and from 3D data."""
     rng = derive_generator(0, "noise of images")  # the same numbers for all sizes
     for model, number in linear_model.leave_one_out(people, components):
         training = (np.delete(people, number, axis=0) - model.mean) @ model.components.T
@@ -44,7 +44,7 @@ def _shares(people: np.ndarray, components: int, noise_mm: float) -> Iterator[tu
 
 
 def run() -> list[Row]:
-    """A row for each number of components and noise."""
+    """Return a row for each number of components and each noise level."""
     people, rows = samples(), list[Row]()
     for components in COMPONENTS:
         for noise in NOISE_MM:

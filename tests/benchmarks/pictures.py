@@ -1,4 +1,4 @@
-"""Pictures of two benchmarks: columns by row, and growth with size."""
+"""Pictures of benchmark results: columns against the row number, and growth with size."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ SERIES = {
 def draw_columns(
     stem: Path, rows: Sequence[Row], columns: Sequence[str], *, xlabel: str, caption: str
 ) -> None:
-    """Draw some columns of a table against the number of the row."""
+    """Draw the given columns of a table against the row number."""
     table = pd.concat(
         pd.DataFrame(
             {"row": range(1, len(rows) + 1), "series": name, "value": [float(row[name]) for row in rows]}
@@ -48,7 +48,7 @@ def draw_columns(
 
 
 def draw_growth(stem: Path, table: pd.DataFrame, caption: str) -> None:
-    """Draw processor time against size, both relative to the first of each job, and peak memory."""
+    """Draw processor time and peak memory against size; sizes and times are relative to the first row of each job."""
     jobs = list(dict.fromkeys(table["job"]))
     first = table.groupby("job")[["size", "cpu_s"]].transform("first")
     table = table.assign(times=table["size"] / first["size"], time=table["cpu_s"] / first["cpu_s"])

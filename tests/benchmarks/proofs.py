@@ -1,4 +1,4 @@
-"""Share of the programmes of limbs that are proved to be solved, and the time it takes, by frames, K and noise.
+"""Fraction of limb programmes with a proved optimum, and time to the proof, by number of frames, K and noise.
 
 Limbs of random stretches of 200 frames, cut to fewer, in front of a still, a moving and a shaky camera in turn, as in
 park2011 section 5.1.  ``first`` are the signs without a search; ``gap_median`` is 1 - lower bound / objective.  CPU
@@ -27,16 +27,16 @@ from tests.benchmarks.tables import Row
 FRAMES, COMPONENTS, NOISES_PX = (25, 50, 100, 200), (10, 20), (0.0, 1.0)
 LIMIT_S = 2.0
 LONG, LONG_SHARE = 100, 0.2
-"""Frames above which a programme may take its whole limit, and the share of the trials that are tried there."""
+"""Number of frames above which only a fraction of the trials is solved, and this fraction."""
 EQUAL_COSTS = 1e-6
-"""Relative difference of two costs that counts as none."""
+"""Relative difference below which two costs count as equal."""
 KEYS = ["frames", "components", "noise_px"]
 SWEEP = RootErrorSweep(trials=1, cameras=list(Camera))
-"""Draws the trials and solves their programmes."""
+"""Sweep that draws the trials and solves their programmes."""
 
 
 def part(trial: LimbTrial, start: int, frames: int) -> LimbTrial:
-    """The same limb in some of its frames."""
+    """Return the trial of a limb, restricted to consecutive frames."""
     cut = slice(start, start + frames)
     turned = trial.view.rotation[cut] if trial.view.rotation.ndim > 2 else trial.view.rotation
     centre = trial.view.centre[cut] if trial.view.centre.ndim > 1 else trial.view.centre
@@ -45,7 +45,7 @@ def part(trial: LimbTrial, start: int, frames: int) -> LimbTrial:
 
 
 def programmes(trials: int) -> Iterator[tuple[int, int, float, int]]:
-    """Frames, components, noise in px and number of the trial of every programme."""
+    """Yield the number of frames, number of components, noise, px, and trial number of every programme."""
     for frames in FRAMES:
         for components in COMPONENTS:
             for noise_px in NOISES_PX:
@@ -56,7 +56,7 @@ def programmes(trials: int) -> Iterator[tuple[int, int, float, int]]:
 def solve(
     stretches: LimbStretches, seed: int, frames: int, components: int, noise_px: float, number: int
 ) -> Row:
-    """One programme, solved without and with time for a proof."""
+    """Solve one programme twice, without and with time for a proof of optimality, and return a row."""
     whole = SWEEP.trial(stretches, number, SWEEP.cameras[number % len(SWEEP.cameras)], seed)
     spare = stretches.positions.shape[1] - frames
     start = int(derive_generator(seed, f"sweep:part:{number}").random() * (spare + 1))
@@ -81,7 +81,7 @@ def solve(
 
 
 def run(data: str = "synthetic", trials: str = "100") -> list[Row]:
-    """One row for each number of frames, of components, and noise."""
+    """Return one row for each number of frames, number of components and noise level."""
     experiment = compose(["experiment=park2011_fig3a", f"data={data}", f"dataset.frames={max(FRAMES)}"])
     corpus = experiment.dataset.corpus
     clips = experiment.data.request(corpus, experiment.skeleton, experiment.seed, 1).make()
@@ -92,7 +92,7 @@ def run(data: str = "synthetic", trials: str = "100") -> list[Row]:
 
 
 def summary(solved: pd.DataFrame) -> list[Row]:
-    """Shares and medians of programmes alike."""
+    """Return fractions and medians over the trials of each number of frames, number of components and noise level."""
     solved = solved.assign(seconds_to_proof=solved["seconds"].where(solved["proved"]))
     return (
         solved.groupby(KEYS)

@@ -1,4 +1,4 @@
-"""Action recognition by the model of bends: its bounds on bends of a new actor, on squats and on walks; no times.
+"""Action recognition by the model of bends, tested on bends of a new actor, on squats and on walks; nothing is timed.
 
 For each of five actors of HDM05 an action model is learnt from the bends of the other four.  Motions are brought to the
 aSpace of that model and synchronized with its median sequence.  A motion is recognised as a bend if at least half of
@@ -30,7 +30,7 @@ from tests.benchmarks.tables import Row
 
 SHARE = 0.5
 ACTIONS = {"bend": "hdm05", "squat": "hdm05_squat", "walk": "cmu"}
-"""Action → preset with its recordings."""
+"""Data preset with the recordings of each action."""
 
 
 def _postures(preset: str) -> tuple[Postures, ActionSpaceModel]:
@@ -46,7 +46,7 @@ def _postures(preset: str) -> tuple[Postures, ActionSpaceModel]:
 def placed(
     options: ActionSpaceModel, learnt: LearntAction, postures: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, float]:
-    """Return a motion (F, 37) in an aSpace, linear and synchronized (P, b), and its cost per sample.
+    """Project a motion (F, 37) into an action space; return it normalised and synchronized, (P, b), and its cost.
 
     The cost is relative to the mean squared deviation of a frame of the action.
     """
@@ -59,7 +59,7 @@ def placed(
 
 
 def run() -> list[Row]:
-    """A row for each action."""
+    """Return a row for each action."""
     data = {action: _postures(preset) for action, preset in ACTIONS.items()}
     sequences = {action: dataset.split(dataset.postures) for action, (dataset, _) in data.items()}
     bends, options = data["bend"]

@@ -1,4 +1,4 @@
-"""Refinement of 14 limbs over 300 frames: analytic derivatives along the tree, against SciPy's trust region.
+"""Time to refine 14 limbs over 300 frames with analytic derivatives, compared with SciPy's trust-region method.
 
 The peer minimises the same residuals over the same unknowns from the same start, by scipy.optimize.least_squares with
 two-point differences as it comes, and then with what suits it best: our analytic Jacobian as a dense matrix, steps
@@ -23,19 +23,19 @@ from tests.benchmarks.tables import Row
 from tests.benchmarks.timing import cpu_seconds, in_turns, relative_difference
 
 PARENTS = (-1, 0, 1, 1, 3, 4, 1, 6, 7, 0, 9, 10, 0, 12, 13)
-"""A pelvis, a sternum with head and arms, and legs: 15 joints, 14 limbs."""
+"""Parent joint of each of 15 joints: pelvis, sternum with head and arms, and legs."""
 
 FRAMES, ROUNDS = 300, 3
 NEAR, FAR = 0.02, 0.06
-"""Size of the six perturbed waves of a start."""
+"""Small and large perturbation of the first six cosine coefficients in an initial estimate."""
 
 SAME = 1e-4
-"""Positions nearer than this, of the largest coordinate, are the same minimum."""
+"""Relative distance below which two sets of positions count as the same minimum."""
 
 
 @dataclass(frozen=True)
 class Clip:
-    """Input of both sides of the comparison."""
+    """Moving limbs, their images and an initial estimate, used for both refinement methods."""
 
     images: np.ndarray
     camera: Pinhole
@@ -59,7 +59,7 @@ class Clip:
 
 
 def clip(frames: int, components: int, *, away: float = NEAR, noise_px: float = 1.0) -> Clip:
-    """Smooth limbs that lean to or from a moving camera, seen with noise, and a start some degrees away."""
+    """Return smoothly moving limbs in front of a moving camera, with noisy images and a perturbed initial estimate."""
     generator = np.random.default_rng(2011)
     limbs = len(PARENTS) - 1
     basis = cosine_basis(frames, components)
@@ -97,7 +97,7 @@ def clip(frames: int, components: int, *, away: float = NEAR, noise_px: float = 
 
 
 def peer(one: Clip, *, analytic: bool) -> np.ndarray:
-    """Positions (L, F, 3) that SciPy finds from the same start, mm."""
+    """Return the positions (L, F, 3), mm, that SciPy finds from the same initial estimate."""
     limbs, size = len(one.lengths), 2 * one.basis.shape[1]
     inputs = reprojection.observe(
         one.images[:, 1:],
@@ -132,13 +132,13 @@ def peer(one: Clip, *, analytic: bool) -> np.ndarray:
 
 
 def run() -> list[Row]:
-    """One row against differences, and rows against SciPy with our Jacobian."""
+    """Return rows for SciPy with numerical derivatives and for SciPy with our Jacobian."""
     rows = []
     for components, analytic in ((20, False), (20, True), (40, True)):
         problem = clip(FRAMES, components)
         result, theirs = problem.ours(), peer(problem, analytic=analytic).swapaxes(0, 1)
         if not result.converged:
-            raise SystemExit(f"{components} components: ours has not converged")
+            raise SystemExit(f"our refinement with {components} components has not converged")
         agreement = relative_difference(result.positions[:, 1:], theirs, at_most=SAME)
         seconds = min(cpu_seconds(problem.ours) for _ in range(ROUNDS))
         far = clip(FRAMES, components, away=FAR)

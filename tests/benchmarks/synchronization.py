@@ -1,4 +1,4 @@
-"""Synchronizing 40 performances × 100 frames × 16 dimensions, all 1 560 ordered pairs; and how the time grows.
+"""Time to synchronize all 1 560 ordered pairs of 40 performances with 100 frames in 16 dimensions, and its growth.
 
 Peers align by dynamic time warping within the same window, and only those that are installed take part: a plain
 loop and dtw-python solve the same problem (mu = 0) and are compared answer by answer; the distances of dtaidistance
@@ -23,11 +23,11 @@ from tests.benchmarks.timing import cpu_seconds, in_turns, relative_difference
 PERFORMANCES, FRAMES, DIMENSIONS, BAND = 40, 100, 16, 33
 ROUNDS = 7
 FEW = 5
-"""Pairs that a slow peer is timed on."""
+"""Number of pairs on which a slow library is timed."""
 
 
 def performances(count: int = PERFORMANCES, frames: int = FRAMES) -> np.ndarray:
-    """One smooth movement (M, P, b), each time at another pace and with its own small deviation."""
+    """Return performances (M, P, b) of one smooth movement, each with a different pace and a small deviation."""
     generator = np.random.default_rng(2006)
     orders = np.arange(1, 9)
     shape = generator.standard_normal((len(orders), DIMENSIONS)) / orders[:, None]
@@ -39,12 +39,12 @@ def performances(count: int = PERFORMANCES, frames: int = FRAMES) -> np.ndarray:
 
 
 def smoothness(sequences: np.ndarray) -> float:
-    """mu: a fiftieth of the mean squared deviation of a frame."""
+    """Return the smoothness weight mu: 1/50 of the mean squared deviation of a frame from the mean frame."""
     return 0.02 * float(sequences.var(axis=(0, 1)).sum())
 
 
 def plain_loop(x_n: np.ndarray, x_m: np.ndarray, band: int) -> float:
-    """Least cost with both ends fixed and mu = 0, node by node."""
+    """Return the smallest cost with both ends fixed and mu = 0, computed by a plain loop over the nodes."""
     frames = len(x_n)
     before = {0: float(((x_n[0] - x_m[0]) ** 2).sum())}
     for p in range(1, frames):
@@ -57,7 +57,7 @@ def plain_loop(x_n: np.ndarray, x_m: np.ndarray, band: int) -> float:
 
 
 def run() -> list[Row]:
-    """Rows against each peer that is there, those that are not, and rows of growth."""
+    """Return rows for each library, with a note if it is not installed, and rows for the growth of time."""
     sequences = performances()
     mu = smoothness(sequences)
     few = list(itertools.permutations(range(PERFORMANCES), 2))[:: PERFORMANCES**2 // FEW][:FEW]
@@ -180,7 +180,7 @@ def _another_problem(
     paths: Callable[[], object],
     with_paths: Callable[[], object],
 ) -> list[Row]:
-    """Rows against a peer whose distance is another one, for all pairs and for pairs with their paths."""
+    """Return rows for a library with a different distance: all pairs, and all pairs with their paths."""
     pairs = PERFORMANCES * (PERFORMANCES - 1)
     unlike = float("nan")
     rows = [
@@ -208,7 +208,7 @@ def _another_problem(
 
 
 def _growth() -> list[Row]:
-    """Time per node with performances, with frames at a fixed band and a growing one, and with the band."""
+    """Return rows with the time per node for growing numbers of performances and frames, and for a growing band."""
     jobs: list[tuple[str, Callable[..., object], list[tuple[int, int, int]]]] = [
         ("performances, paths", synchronization.synchronize_all, [(m, FRAMES, BAND) for m in (40, 100, 300)]),
         ("frames, paths", synchronization.synchronize_all, [(12, p, BAND) for p in (100, 500, 1000, 2000)]),

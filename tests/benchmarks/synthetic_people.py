@@ -1,4 +1,4 @@
-"""Synthetic people next to recorded people: sway, bob, variance, offsets of head, sternum and pelvis; no times.
+"""Comparison of synthetic and recorded people: sway, bob, variance, and offsets of head, sternum and pelvis.
 
 Options: `data`, names of data sets with commas between, and `folder`, a folder of recordings, each one person or an
 average walker.  All are scaled to 1500 mm from the ankles to the head, means over the cycle.  A number is the mean
@@ -38,7 +38,7 @@ X, Y, Z = 0, 1, 2
 
 
 def run(data: str = "synthetic,optical,cmu,many", folder: str = "") -> list[Row]:
-    """One row for each data set and definition; the synthetic people come first."""
+    """Return one row for each data set and joint definition, with the synthetic people first."""
     names = [name for name in data.split(",") if name != "synthetic"]
     sets = [["data=synthetic", "data.populations=0"], *([f"data={name}"] for name in names)]
     if folder:
@@ -59,14 +59,14 @@ def run(data: str = "synthetic,optical,cmu,many", folder: str = "") -> list[Row]
 
 
 def _defined(overrides: list[str], clips: Walks, pelvis: str, sternum: str) -> np.ndarray:
-    """Return the Fourier representations (R, 5, 15, 3), mm, of people by these definitions."""
+    """Return Fourier representations (R, 5, 15, 3), mm, of people with these definitions of pelvis and sternum."""
     switched = [*overrides, f"dataset.pelvis={pelvis}", f"dataset.sternum={sternum}"]
     dataset = compose(["experiment=zhang2007_fig5", *switched]).dataset
     return np.asarray(dataset.build(clips, workers=1).coefficients)
 
 
 def scaled(walks: np.ndarray) -> np.ndarray:
-    """Return walks (R, 5, 15, 3), mm, of one height, about the middle of their hips."""
+    """Return walks (R, 5, 15, 3), mm, scaled to the same body height, relative to the midpoint of the hips."""
     height = walks[:, 0, HEAD, Z] - walks[:, 0, ANKLES, Z].mean(axis=1)
     walks = walks * (HEIGHT_MM / height)[:, None, None, None]
     walks[:, 0] -= walks[:, 0, HIPS].mean(axis=1)[:, None]
@@ -74,7 +74,7 @@ def scaled(walks: np.ndarray) -> np.ndarray:
 
 
 def distance_mm(walks: np.ndarray, average: np.ndarray) -> np.ndarray:
-    """Return the distances (…,), mm, of walks (…, 5, 15, 3) from one: rms over the cycle, mean over joints."""
+    """Return the distances (…,), mm, of walks (…, 5, 15, 3) from a given walk: rms over the cycle, mean over joints."""
     distance = walks - average
     square = distance[..., 0, :, :] ** 2 + 0.5 * (distance[..., 1:, :, :] ** 2).sum(axis=-3)
     return np.sqrt(square.sum(axis=-1)).mean(axis=-1)

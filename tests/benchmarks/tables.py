@@ -1,4 +1,4 @@
-"""Rows of a benchmark, printed and written."""
+"""Printing and writing of the rows of a benchmark."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ Row = dict[str, str | int | float]
 
 
 def show(name: str, about: str, rows: Sequence[Row]) -> None:
-    """Print a title, what is measured, and the rows under their headings."""
+    """Print the title of a benchmark, its description, and its rows under their headings."""
     headings = list(rows[0])
     cells = [headings] + [[_cell(row[h]) for h in headings] for row in rows]
     widths = [max(len(line[c]) for line in cells) for c in range(len(headings))]
@@ -25,7 +25,7 @@ def _cell(value: str | int | float) -> str:
 
 
 def write(path: Path, rows: Sequence[Row]) -> None:
-    """Write the rows as CSV."""
+    """Write the rows of a benchmark as a CSV file."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("w", encoding="utf-8", newline="") as file:
         table = csv.DictWriter(file, fieldnames=list(rows[0]), lineterminator="\n")

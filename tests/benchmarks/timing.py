@@ -1,4 +1,4 @@
-"""Two ways to one answer, taking turns; and the exponent of growth."""
+"""Timing of two implementations that compute the same result, and exponents of growth."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tests.benchmarks.tables import Row
 
 
 def cpu_seconds(function: Callable[[], object]) -> float:
-    """CPU time of one call: other people's work on the machine does not count."""
+    """Return the CPU time of one call, s, which other processes on the machine hardly change."""
     started = time.process_time()
     function()
     return time.process_time() - started
@@ -28,7 +28,7 @@ def in_turns(
     agreement: float,
     note: str,
 ) -> Row:
-    """One row: how many times the CPU time of `ours` that `theirs` takes, median and range over rounds.
+    """Run two implementations alternately, and return a row with the ratio of their CPU times, median and range.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def in_turns(
 
 
 def relative_difference(ours: np.ndarray, theirs: np.ndarray, *, at_most: float) -> float:
-    """Largest difference over the largest magnitude.
+    """Return the largest difference of two arrays, relative to the largest magnitude.
 
     Raises
     ------
@@ -70,12 +70,14 @@ def relative_difference(ours: np.ndarray, theirs: np.ndarray, *, at_most: float)
     """
     difference = float(np.abs(ours - theirs).max() / np.abs(theirs).max())
     if not difference <= at_most:
-        raise SystemExit(f"the answers differ by {difference:.2g} of the largest, more than {at_most:g}")
+        raise SystemExit(
+            f"the results differ by {difference:.2g} of the largest magnitude, more than {at_most:g}"
+        )
     return difference
 
 
 def exponent(sizes: Sequence[float], seconds: Sequence[float]) -> float:
-    """b of the power law seconds = a · size^b, by least squares on logarithms.
+    """Return the exponent b of the power law seconds = a · size^b, by least squares on logarithms.
 
     Examples
     --------

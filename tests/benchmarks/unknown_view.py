@@ -1,4 +1,4 @@
-"""View angle and coefficients together, models given: the global search against SciPy's trust region from one start."""
+"""Time to estimate view angle and coefficients by global search, compared with SciPy's trust-region method."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from tests.benchmarks.timing import in_turns
 
 FEW_FOLDS, EVERY_VIEW = 2, 12
 SAME_RAD = 1e-4
-"""Two answers nearer than this are the same minimum."""
+"""Difference of view angles, radians, below which two estimates count as the same minimum."""
 
 
 def run() -> list[Row]:
-    """One row; the note says how often the peer, which has one start, found the same minimum."""
+    """Return one row; its note gives how often SciPy, with one initial value, found the same minimum."""
     rows = samples()
     few_views = VIEWS_RAD[::EVERY_VIEW]
 
@@ -34,7 +34,7 @@ def run() -> list[Row]:
         ]
 
     def theirs() -> np.ndarray:
-        """Angle and cost (folds, views, 2)."""
+        """Return SciPy's view angle and cost, (folds, views, 2)."""
         fits = [
             [naive.view_angle(model, walker, angle) for angle in few_views]
             for model, walker in zip(peers, rows[:FEW_FOLDS], strict=True)
@@ -48,7 +48,7 @@ def run() -> list[Row]:
     differences = np.abs((angle - peer[..., 0] + np.pi) % (2 * np.pi) - np.pi)
     same = differences < SAME_RAD
     if (cost > peer[..., 1] * (1.0 + 1e-6)).any() or not same.any():
-        raise SystemExit("the peer found a lower minimum, or never the same one")
+        raise SystemExit("SciPy found a lower minimum than the global search, or never the same minimum")
     whole = len(rows) * len(VIEWS_RAD)
     outcome = f"same minimum in {same.sum()}" + ("" if same.all() else f", a worse one in {(~same).sum()}")
     return [

@@ -1,4 +1,4 @@
-"""All of zhang2004 and zhang2007 at full scale from an empty cache, without pictures and recordings.
+"""Time to compute zhang2004 and zhang2007 at full scale from an empty cache, without pictures and recordings.
 
 To hold: under 5 s on two cores and under 1 GB.  Wall seconds, but for `cpu_s`.  `start` is importing the program
 and composing the nine presets; every row is a process of its own.
@@ -28,7 +28,7 @@ OVERRIDES = (
 
 
 def run() -> list[Row]:
-    """One row for each number of workers."""
+    """Return one row for each number of worker processes."""
     return [
         json.loads(
             subprocess.run(
@@ -44,7 +44,7 @@ def run() -> list[Row]:
 
 
 def _here(workers: int) -> Row:
-    """The row, made in this process."""
+    """Compute the figures in this process, and return the row with their times."""
     started = time.perf_counter()
     from pipeline.cli.compose import compose
     from pipeline.cli.figures import make_figure

@@ -1,4 +1,4 @@
-"""Assertion that claims hold, for tests that are named after a sentence of a paper."""
+"""Assertion that our values agree with claims, for tests that are named after sentences of a paper."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ MEASURES = all_measures()
 
 
 def assert_holds(tables: Tables, *names: str, paper: str) -> None:
-    """Our values of the named claims are within the bounds, or at least within the wider ones.
+    """Assert that our values of the named claims are within the claims' bounds, or at least within their wider bounds.
 
     Whether they agree with their interval, and are beyond a baseline, is a finding of the ledger, not a test.
     """

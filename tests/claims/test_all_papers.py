@@ -1,4 +1,4 @@
-"""Every claim of the papers has its table, and whatever does not agree is explained.
+"""Tests that every claim of the papers has its table, and that every disagreement has an explanation.
 
 Targets of our own are judged where their figures are made: `tests/stages`, `make sweeps`.
 """
@@ -20,14 +20,14 @@ FEW_ENOUGH = {
     "zhang2007_thirty_components",
     "park2011_low_reconstructibility_impostor",
 }
-"""Claims about components and trials so rare that a small run may have none."""
+"""Claims about events so rare that a small run may contain none of them."""
 
 
 PAPERS = {key: paper for key, paper in papers.all_papers().items() if paper.figures}
 
 
 def claims_of(paper: str) -> list[papers.Claim]:
-    """Claims of a paper's own."""
+    """Return the claims of a paper, without targets of our own work."""
     return [claim for claim in PAPERS[paper].claims if claim.kind is not papers.Kind.TARGET]
 
 

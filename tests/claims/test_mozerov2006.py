@@ -1,4 +1,4 @@
-"""mozerov2006, sentence by sentence, on the synthetic bends.
+"""Tests of the sentences of mozerov2006 on synthetic bends.
 
 `synthetic_tables` holds the figures' tables of ``data=synthetic``, forty performances as in the paper.  A test named
 after a sentence asks the ledger: the sentence must hold at least in its direction.  What the ledger finds beyond that
@@ -110,7 +110,7 @@ def test_all_stages_but_the_raw_one_have_the_same_samples(synthetic_tables: Tabl
 
 
 def test_synchronization_keeps_the_ends_of_every_performance(synthetic_tables: Tables) -> None:
-    """Ends are pinned, so first and last postures are those of linear normalisation, and of the recording."""
+    """The first and the last posture of every performance are the same before and after synchronization."""
     table = synthetic_tables["mozerov2006_fig3"]
     first = table["sample"] == 0
     key = np.char.add(table["performance"].astype(str), table["component"].astype(str))
@@ -151,7 +151,7 @@ def test_the_spectrum_sums_to_the_whole_and_keeps_the_smallest_number(synthetic_
 
 
 def test_the_learnt_spread_is_the_variance_that_is_left(synthetic_tables: Tables) -> None:
-    """Squared standard deviations, summed over dimensions and averaged over samples, but for the floor."""
+    """The sum of the learnt variances, averaged over samples, equals the variance left after synchronization."""
     model = synthetic_tables["mozerov2006_fig3/table_model"]
     stages = synthetic_tables["mozerov2006_fig3/table_stages"]
     (left,) = stages["variance_left"][stages["stage"] == "synchronized"]

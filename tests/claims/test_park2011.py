@@ -1,4 +1,4 @@
-"""park2011, sentence by sentence, on synthetic motion.
+"""Tests of the sentences of park2011 on synthetic motion.
 
 `synthetic_tables` holds the figures' tables of ``data=synthetic``, with fewer trials than at full scale.  A test named
 after a sentence asks the ledger: the sentence must hold at least in its direction.  What the ledger finds beyond that
@@ -88,7 +88,7 @@ def test_missing_points_are_imputed(synthetic_tables: Tables) -> None:
 
 
 def test_bounds_lie_under_what_was_found_and_what_was_found_under_the_truth(synthetic_tables: Tables) -> None:
-    """J of the signs that are proved is at most that of the true ones, which are signs as well."""
+    """The lower bound of J is at most J of the estimated signs; proved signs have at most J of the true signs."""
     for name in ("park2011_fig3a", "park2011_fig3b", "park2011_fig3c"):
         table = synthetic_tables[name]
         room = 1e-6 * np.abs(table["objective"]) + 1e-6
@@ -123,7 +123,7 @@ def test_the_parents_error_is_what_was_asked_for(synthetic_tables: Tables) -> No
 def test_a_radius_made_as_long_as_the_rays_ask_for_does_not_depend_on_how_short_it_was(
     synthetic_tables: Tables,
 ) -> None:
-    """The paper's adjustment: under what the farthest ray asks for, all scales are one."""
+    """In the paper's adjustment, all limb lengths that are too short for the farthest ray give the same error."""
     table = synthetic_tables["park2011_fig3c"]
     assert set(table["adjust"]) == {"refined", "global"}
     for trial in np.unique(table["trial"]):

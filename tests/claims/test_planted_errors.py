@@ -1,4 +1,4 @@
-"""Errors planted in the code: each takes a good verdict away, and none earns one.
+"""Tests with errors inserted into the code: each error makes a good verdict worse, and none makes a verdict better.
 
 The figures are made again of 24 people, a few populations and coarse views, with the error in one function; the ledger
 then judges them as it does published ones, conditions that claims rest on as well: a claim on a figure whose
@@ -68,7 +68,7 @@ learn_action, build = action_model.learn_action, FourierDataset.build
 
 
 def made_of(figures: tuple[str, ...], folder: Path) -> dict[str, Any]:
-    """Tables of figures, by the names that claims have for them."""
+    """Compute the tables of the figures, and return them by the names that claims use."""
     result: dict[str, Any] = {}
     for name in figures:
         experiment = compose([f"experiment={name}", *REDUCED, *SIZES.get(name, ())])
@@ -80,7 +80,7 @@ def made_of(figures: tuple[str, ...], folder: Path) -> dict[str, Any]:
 
 
 def with_the_people_of(made: Path, folder: Path) -> Path:
-    """A folder for figures of the same people as in another, with nothing that was computed of them.
+    """Copy the cached people of one results folder to another, without any result computed from them.
 
     They are drawn, and their walks represented, without any function in whose place an error is put.
     """
@@ -94,7 +94,7 @@ Answers = dict[str, tuple[Agreement, Beyond, float | None]]
 
 
 def answers(figures: tuple[str, ...], folder: Path) -> Answers:
-    """Both answers to the claims that rest on these figures alone."""
+    """Return both verdicts on each claim that needs only these figures."""
     output = made_of(figures, folder)
     claims = [claim for claim in ledger._claims(figures) if set(claim.tables) <= set(output)]
     judged = ledger.judge(claims, output, "synthetic", overridden=True, measures=MEASURES)
@@ -105,7 +105,7 @@ GOOD_AGREEMENT = (Agreement.AGREES, Agreement.MET)
 
 
 def lost(clean: Answers, planted: Answers) -> list[str]:
-    """Return the claims that lost one of their two good answers; a few people may leave a claim undecided by chance."""
+    """Return the claims with a good verdict that became worse; claims that became undecided are not counted."""
     return [
         name
         for name, (agreement, beyond, _) in clean.items()
@@ -115,7 +115,7 @@ def lost(clean: Answers, planted: Answers) -> list[str]:
 
 
 def earned(clean: Answers, planted: Answers) -> list[str]:
-    """Claims that were not good on the whole, and are: they agree, beyond their baseline if they have one."""
+    """Return the claims that became good: they agree with the paper, and beat their baseline if they have one."""
 
     def good(answer: tuple[Agreement, Beyond, float | None]) -> bool:
         return answer[0] in GOOD_AGREEMENT and answer[1] in (Beyond.YES, Beyond.NOT_APPLICABLE)
@@ -212,7 +212,7 @@ def cosines(fewer: Callable[[int], int]) -> Callable[..., Any]:
 
 
 def some(data: FourierSamples, share: int) -> np.ndarray:
-    """Return the walkers (R,) bool that have an error of the input: every `share`-th."""
+    """Return a mask (R,) of the walkers that get an input error: every `share`-th walker."""
     return np.arange(len(data.clip)) % share == share - 1
 
 
@@ -242,7 +242,7 @@ def changed(
     series: Callable[[np.ndarray], np.ndarray],
     power: Callable[[np.ndarray], np.ndarray],
 ) -> FourierSamples:
-    """Samples with the coefficients (5, 15, 3) and covariances (15, 3, 3) of some walkers changed."""
+    """Return samples in which the coefficients (5, 15, 3) and covariances (15, 3, 3) of some walkers are changed."""
     output = {}
     for name, change in (
         ("coefficients", series),
@@ -260,7 +260,7 @@ def eight_per_cent_small(data: FourierSamples) -> FourierSamples:
 
 
 def half_the_frequency(data: FourierSamples) -> FourierSamples:
-    """At half the frequency the fundamental is empty, and the second harmonic is the stride."""
+    """Represent every eighth walker at half the stride frequency, so that the fundamental is the second harmonic."""
     those = some(data, 8)
     coefficients, residual = data.coefficients.copy(), data.residual_covariance.copy()
     second = coefficients[those, 3:5]
@@ -297,7 +297,7 @@ def residual_dropped(data: FourierSamples) -> FourierSamples:
 
 
 def with_walkers(error: Callable[[FourierSamples], FourierSamples]) -> Callable[..., FourierSamples]:
-    """The dataset stage with an error in what it returns."""
+    """Return the dataset stage with an error added to its result."""
 
     def built(self: FourierDataset, *arguments: Any, **options: Any) -> FourierSamples:
         return error(build(self, *arguments, **options))
@@ -335,12 +335,12 @@ PLANTS: dict[str, tuple[tuple[str, ...], tuple[Any, str, Any]]] = {
     "heading with sd 5°": of_walkers(heading_spread),
     "residual dropped from the truth": of_walkers(residual_dropped),
 }
-"""Figures that each error affects, the function that it replaces, and the replacement."""
+"""Affected figures, function to replace, and replacement with the error, for each inserted error."""
 
 
 @contextmanager
 def planted(name: str) -> Iterator[tuple[str, ...]]:
-    """The figures that look at an error, while it is there."""
+    """Insert an error into the code, and yield the figures that it affects."""
     figures, (owner, attribute, error) = PLANTS[name]
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(owner, attribute, error)
@@ -349,13 +349,13 @@ def planted(name: str) -> Iterator[tuple[str, ...]]:
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of what is made without an error."""
+    """Results folder of the figures that are computed without an error."""
     return tmp_path_factory.mktemp("clean")
 
 
 @pytest.fixture(scope="module")
 def clean(made: Path) -> Answers:
-    """The answers without an error."""
+    """Verdicts on the claims without an error in the code."""
     return answers((*KNOWN, *UNKNOWN, *LIMBS, *WARPS), made)
 
 

@@ -1,4 +1,4 @@
-"""zhang2004, sentence by sentence, on the embedded population.
+"""Tests of the sentences of zhang2004 on the synthetic population.
 
 `synthetic_tables` holds the figures' tables of ``data=synthetic`` at a middling scale.  A test named after a
 sentence asks the ledger: the sentence must hold at least in its direction.  What the ledger finds beyond that
@@ -82,7 +82,7 @@ def test_both_papers_find_the_same_harmonics_in_the_same_walkers(synthetic_table
 
 
 def test_opposite_profiles_miss_the_same_dimension(synthetic_tables: Tables) -> None:
-    """At -90 and +90 degrees the images are mirrored: equal variance, equal error."""
+    """Views from -90 and +90 degrees, which are mirrored, have the same missing variance and the same error."""
     table = synthetic_tables["zhang2004_fig4"]
     for column in ("missing_variance_mm2", "absolute_error_mm2"):
         left = table[column][table["view_angle_deg"] == -90.0]

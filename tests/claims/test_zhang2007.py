@@ -1,4 +1,4 @@
-"""zhang2007, sentence by sentence, on the embedded population.
+"""Tests of the sentences of zhang2007 on the synthetic population.
 
 `synthetic_tables` holds the figures' tables of ``data=synthetic`` at a middling scale.  A test named after a
 sentence asks the ledger: the sentence must hold at least in its direction.  What the ledger finds beyond that
@@ -23,7 +23,7 @@ LEAST_SQUARES, MAP = "least_squares", "map"
 
 
 def rows(tables: Tables, table: str, method: str, column: str) -> np.ndarray:
-    """A numeric column's rows of one method, by view angle."""
+    """Return a numeric column for one method, sorted by view angle."""
     columns = tables[table]
     of_method = columns["method"] == method
     order = np.argsort(columns["view_angle_deg"][of_method])
@@ -104,7 +104,7 @@ def test_the_absolute_error_in_profile_is_reasonable(synthetic_tables: Tables) -
 
 
 def test_the_absolute_error_is_largest_near_the_frontal_view(synthetic_tables: Tables) -> None:
-    """The curve of figure 5a, which the text does not put into words."""
+    """The absolute error is largest near the frontal view, as in the curve of figure 5a."""
     for method in (LEAST_SQUARES, MAP):
         errors = rows(synthetic_tables, "zhang2007_fig5", method, "absolute_error_mm2")
         views = rows(synthetic_tables, "zhang2007_fig5", method, "view_angle_deg")
@@ -153,7 +153,7 @@ def test_the_missing_variance_does_not_depend_on_the_approach(synthetic_tables: 
 
 
 def test_opposite_profiles_miss_the_same_dimension(synthetic_tables: Tables) -> None:
-    """At -90 and +90 degrees the images are mirrored: equal variance, equal error."""
+    """Views from -90 and +90 degrees, which are mirrored, have the same missing variance and the same error."""
     for column in ("missing_variance_mm2", "absolute_error_mm2"):
         for method in (LEAST_SQUARES, MAP):
             values = rows(synthetic_tables, "zhang2007_fig5", method, column)
@@ -187,14 +187,14 @@ def test_the_curve_of_variances_is_the_mean_of_its_views(synthetic_tables: Table
 def test_a_variance_chosen_without_the_walker_is_no_better_than_the_best_for_all(
     synthetic_tables: Tables,
 ) -> None:
-    """Sum over walkers: each one's error at the others' choice is no less than at the common optimum."""
+    """The mean error with sigma² chosen without the test walker is at least the error with the best common sigma²."""
     nested = synthetic_tables["zhang2007_fig3/table_nested"]["absolute_error_mm2"].mean()
     best = synthetic_tables["zhang2007_fig3"]["absolute_error_mm2"].min()
     assert nested >= best * 0.99, "1 % for choices made with models that lack two walkers"
 
 
 def test_only_the_missing_dimension_is_reconstructed(synthetic_tables: Tables) -> None:
-    """In the frontal view y is missing; x and z come from the image and carry the residual at most."""
+    """In the frontal view, the error along y, the missing dimension, is more than twice the errors along x and z."""
     table = synthetic_tables["zhang2007_fig4"]
     frontal = table["view_angle_deg"] == 0.0
     assert frontal.any()

@@ -1,4 +1,4 @@
-"""Advice of `inspect`: every command that it prints runs, and its answer differs from the one before."""
+"""Tests of the advice of `inspect`: every advised command runs, and its result differs from the previous result."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ MAX_STEPS = 6
 
 @pytest.fixture(scope="module")
 def walk() -> np.ndarray:
-    """One walker on a treadmill, (T, 15, 3) mm."""
+    """Joints (T, 15, 3), mm, of one walker on a treadmill."""
     output = walkers.walking_population(
         np.random.default_rng(3), male=1, female=1, duration_s=3.0, frame_rate_hz=HZ
     )
@@ -32,13 +32,13 @@ def walk() -> np.ndarray:
 
 
 def commands(lines: list[str]) -> list[list[str]]:
-    """Arguments of the commands in lines of advice."""
+    """Return the arguments of the commands in printed lines of advice."""
     advice = [line for line in lines if line.startswith(("next", "if it is a walk"))]
     return [shlex.split(match[1]) for line in advice for match in _COMMAND.finditer(line)]
 
 
 def follow(path: Path, static: Path | None = None) -> list[str]:
-    """Type what `inspect` says, until it says no more or names a figure; return the last lines."""
+    """Run the commands that `inspect` advises until it advises none or names a figure; return the last output lines."""
     arguments, before = [str(path)], [""]
     for _ in range(MAX_STEPS):
         (result,) = inspect(arguments)
@@ -121,7 +121,7 @@ def test_clusters_need_a_static_trial_and_get_it(tmp_path: Path) -> None:
 def test_a_static_trial_that_does_not_fit_is_not_asked_for_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A marker of a thigh was stuck 40 mm elsewhere: its cluster fits to 17 mm, the residual of three points."""
+    """A static trial is not requested again if it was given but a displaced thigh marker makes its cluster unusable."""
     walk, static = trials()
     static["R.Thigh.Front"] = static["R.Thigh.Front"] + 40.0
     alone = save(tmp_path / "walk" / "anna_1.trc", without(walk, ANATOMICAL))
@@ -141,7 +141,7 @@ def test_a_static_trial_that_does_not_fit_is_not_asked_for_again(
 
 
 def test_a_walk_that_stops_is_advised_bounds(walk: np.ndarray, tmp_path: Path) -> None:
-    """Whatever the reason, each command is complete: it composes."""
+    """The advice for a walk that stops contains complete commands with bounds."""
     slow = np.repeat(walk[:60], 4, axis=0)
     trc.write(tmp_path / "a.trc", WALKER15.joints, slow, HZ)
     follow(tmp_path / "a.trc")

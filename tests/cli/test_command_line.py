@@ -1,4 +1,4 @@
-"""The command line: help without waiting, one sentence for what is wrong, nothing half-written, ever."""
+"""Tests of the command line: fast help, errors in one sentence, and no incomplete files."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ QUICK = ("scale=smoke", "figure.picture=false", "figure.recording=false")
 
 
 def run(*arguments: str, **environment: str) -> CompletedProcess[str]:
-    """``python -m pipeline …`` as a process of its own."""
+    """Run ``python -m pipeline …`` in a separate process."""
     return python("-m", "pipeline", *arguments, **environment)
 
 
@@ -56,7 +56,7 @@ def leftovers(folder: Path) -> list[str]:
 
 
 def assert_one_sentence(message: str, *words: str) -> None:
-    """Assert that a message is one line for a person, with these words."""
+    """Assert that a message is a single line without a traceback, and contains these words."""
     assert "Traceback" not in message
     assert "HYDRA_FULL_ERROR" not in message
     assert len(message.strip().splitlines()) == 1, message
@@ -300,7 +300,7 @@ def test_one_refused_figure_does_not_stop_the_others(say: Callable, smoke_cache:
 
 @pytest.fixture(scope="session")
 def smoke_cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A results folder that these tests share, so that walkers are drawn once."""
+    """Results folder that the tests share, so that walkers are simulated only once."""
     return tmp_path_factory.mktemp("command_line")
 
 
@@ -309,14 +309,14 @@ def smoke_cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def people() -> WalkingPopulation:
-    """Eight walkers of four seconds."""
+    """Eight synthetic walkers, recorded for four seconds."""
     return walking_population(
         np.random.default_rng(7), male=3, female=5, duration_s=4.0, frame_rate_hz=RATE_HZ
     )
 
 
 def overground(people: WalkingPopulation, walker: int, heading: float = 0.7) -> np.ndarray:
-    """A walker (T, 15, 3) in mm who leaves the belt and walks straight across the room."""
+    """Return the joints (T, 15, 3), mm, of a walker who walks straight across the room."""
     motion = people.positions_mm[walker].copy()
     motion[..., 1] += (people.people[walker].speed * np.arange(len(motion)) / RATE_HZ)[:, None]
     c, s = np.cos(heading), np.sin(heading)
@@ -325,7 +325,7 @@ def overground(people: WalkingPopulation, walker: int, heading: float = 0.7) -> 
 
 @pytest.fixture
 def walks(tmp_path: Path, people: WalkingPopulation) -> Path:
-    """A folder of four good walks, two on the belt and two across the room, as TRC and CSV."""
+    """Folder with four valid walks as TRC and CSV files, two on a treadmill and two across the room."""
     folder = tmp_path / "walks"
     folder.mkdir()
     trc.write(folder / "anna_1.trc", WALKER15.joints, people.positions_mm[0], RATE_HZ)
@@ -336,14 +336,14 @@ def walks(tmp_path: Path, people: WalkingPopulation) -> Path:
 
 
 def of_folder(folder: Path, results: Path, *overrides: str) -> list[str]:
-    """Arguments that make a figure of the files in a folder."""
+    """Return the arguments that compute a figure from the files in a folder."""
     return [
         "experiment=zhang2007_fig2", *QUICK, "data=folder", f"data.path={folder}", f"results={results}", *overrides
     ]  # fmt: skip
 
 
 def ingest_report(results: Path) -> dict[str, Mapping[str, str]]:
-    """Rows of the one ``table_ingest.csv`` below `results`, by clip."""
+    """Return the rows of the only ``table_ingest.csv`` below `results`, by clip."""
     (path,) = results.glob("scratch/*/*/table_ingest.csv")
     return {row["clip"]: row for row in tables.read_rows(path)}
 
@@ -447,7 +447,7 @@ BAD_CLIPS: list[tuple[Callable[[WalkingPopulation, Path], None], str]] = [
     (joint_never_seen, "needs the point 'left_knee'"),
     (two_people, "the file has 2 people: select one with"),
     (standing, "no steady walking"),
-    (backwards, "not forwards"),
+    (backwards, "walks backwards"),
     (few_frames, "no steady walking"),
     (one_frame, "no steady walking"),
     (truncated_c3d, "truncated"),
@@ -598,7 +598,7 @@ def test_a_file_that_may_not_be_read_is_named(
 
 
 def test_a_person_is_what_the_expression_finds(say: Callable, walks: Path, tmp_path: Path) -> None:
-    """A group without a match gives no name: then each file is a person."""
+    """A file is assigned to a person by the expression; a file without a match counts as a separate person."""
     message = say(*of_folder(walks, tmp_path / "results", "data.person='(anna)?(bela)?'"))
     assert message.status == 0
     people = {row["person"] for row in ingest_report(tmp_path / "results").values()}
@@ -644,7 +644,7 @@ def test_a_listed_recording_that_was_changed_is_refused_and_the_others_are_used(
 
 
 def sources(folder: Path, walks: Path, *gone: str) -> Path:
-    """A table of sources that lists the files in a folder, and some that are not there."""
+    """Write a table of sources that lists the files in a folder and some missing files; return its path."""
     (like,) = tables.read_rows(ROOT / "data" / "sources.csv")[:1]
     rows = [
         {**like, "path": path.name, "source": "mine", "action": "walk", "subject": path.stem, "trial": path.stem,
@@ -663,7 +663,7 @@ def sources(folder: Path, walks: Path, *gone: str) -> Path:
 
 @pytest.fixture
 def thesis(tmp_path: Path) -> Path:
-    """A folder that is not ours."""
+    """Folder that the project did not write, with files of the user."""
     folder = tmp_path / "thesis"
     (folder / "chapters").mkdir(parents=True)
     (folder / "chapters" / "one.tex").write_text("years of work")
@@ -841,7 +841,7 @@ FULL_DISK = """
 @pytest.mark.thorough
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a limit on the size of files")
 def test_a_recording_cut_short_by_a_full_disk_is_not_published(tmp_path: Path) -> None:
-    """The viewer's library writes in a thread of its own and only logs what goes wrong there."""
+    """A recording that a full disk truncates is not published, although the Rerun library only logs the error."""
     done = python("-c", textwrap.dedent(FULL_DISK), str(tmp_path))
     assert done.returncode == 1, done.stderr
     assert "Traceback" not in done.stderr
@@ -856,7 +856,7 @@ def test_a_recording_cut_short_by_a_full_disk_is_not_published(tmp_path: Path) -
 
 
 def stopping_after(module: str, function: str, arguments: Sequence[str]) -> int:
-    """The command line with a function that does its work, says that it is there, and never ends."""
+    """Run the command line with a function that prints a word after its work and then never returns."""
     *above, name = function.split(".")
     owner = functools.reduce(getattr, above, importlib.import_module(module))
     really = getattr(owner, name)
@@ -873,7 +873,7 @@ def stopping_after(module: str, function: str, arguments: Sequence[str]) -> int:
 
 
 def interrupted(module: str, function: str, number: int, *arguments: str) -> tuple[int, str]:
-    """Exit status and last words of a run that gets a signal after a function has done its work."""
+    """Return the exit status and the last message of a run that receives a signal after a function has finished."""
     with forked(lambda: stopping_after(module, function, arguments)) as process:
         assert process.stdout.readline().startswith("setting up")
         line = process.stdout.readline()
@@ -983,7 +983,7 @@ def test_what_a_data_set_has_nothing_for_is_left_out_and_said(
 
 
 def has_launcher(name: str) -> bool:
-    """Return whether the extra that brings this launcher is installed."""
+    """Return whether the package with this Hydra launcher is installed."""
     names = ("hydra_plugins", f"hydra_plugins.hydra_{name}_launcher")
     return all(map(importlib.util.find_spec, names))
 

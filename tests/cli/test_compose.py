@@ -1,4 +1,4 @@
-"""Composing refuses what no option allows and names it; the command line prints a line before it loads Hydra."""
+"""Tests that unknown options are rejected by name, and that the command line prints a line before it loads Hydra."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ sys.exit(main(sys.argv[1:]))
     ],
 )
 def test_the_first_line_comes_before_any_library(arguments: list[str], line: str) -> None:
-    """The process ends where it imports the first."""
+    """The command line prints its first line before it imports any large library."""
     done = finished([sys.executable, "-c", FIRST_LINE, *arguments])
     first, imported = done.stdout.splitlines()
     assert (first, done.returncode, done.stderr) == (line, 0, "")

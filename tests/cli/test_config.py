@@ -1,4 +1,4 @@
-"""Options: every preset composes in every dress, and a slip of the pen dies naming the full key."""
+"""Tests of the options: every preset is valid with every choice of options, and typing errors name the full option."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ DEFAULTS = {"scale": "full", "data": "synthetic"}
 
 @functools.cache
 def composed(*overrides: str) -> Experiment:
-    """An experiment that several tests look at and none changes."""
+    """Return an experiment that several tests share without changing it."""
     return compose(list(overrides))
 
 
 def option_files(group: str) -> list[str]:
-    """Options of a group: those with a file, and those that the studies register."""
+    """Return the names of the choices of an option group, from files and from the studies."""
     registered = registry.options(group) if group in registry.GROUPS else {}
     return sorted({path.stem for path in (CONF / group).glob("*.yaml")} | set(registered))
 
@@ -49,7 +49,7 @@ def option_files(group: str) -> list[str]:
 
 
 def _check_types(value: Any, path: str = "config") -> None:
-    """Every dataclass field holds what its annotation says."""
+    """Assert that every dataclass field has a value of its annotated type."""
     hints = get_type_hints(type(value))
     for field in dataclasses.fields(value):
         fixed, hint = getattr(value, field.name), hints[field.name]
@@ -113,7 +113,7 @@ def test_the_first_comment_of_a_preset_names_paper_and_figure(figure: str) -> No
 
 @pytest.mark.parametrize("figure", presets())
 def test_a_preset_wears_the_scale(figure: str) -> None:
-    """`scale=smoke` reaches every size: people, views, variances."""
+    """The option `scale=smoke` changes every size of a preset, such as the numbers of people and views."""
     small = composed("scale=smoke", f"experiment={figure}")
     assert small.data.walkers == small.scale.walkers > 0
     for field in fields(small.sweep):
@@ -282,7 +282,7 @@ def test_the_mirror_of_the_environment_does_not_make_a_scratch_run(monkeypatch: 
 
 @pytest.mark.parametrize("name", presets())
 def test_a_preset_puts_together_what_belongs_together(name: str) -> None:
-    """Figure, sweep, model and dataset are of one study, or the experiment would be refused."""
+    """Figure, sweep, model and dataset of a preset belong to the same study."""
     experiment = composed(f"experiment={name}")
     experiment.validate()
     assert isinstance(experiment.figure, Figure)
@@ -290,7 +290,7 @@ def test_a_preset_puts_together_what_belongs_together(name: str) -> None:
 
 
 def test_an_option_without_a_value_of_its_own_has_no_file() -> None:
-    """A YAML file holds more than the schema that it extends."""
+    """Every YAML file of options contains more than the schema that it extends."""
     empty = [
         str(path.relative_to(CONF))
         for path in sorted(CONF.rglob("*.yaml"))

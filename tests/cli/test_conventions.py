@@ -1,4 +1,4 @@
-"""Conventions of the command line: --quiet, --json, the nearest name, paths with an equals sign."""
+"""Tests of the command line's conventions: --quiet, --json, suggested names, and paths that contain an equals sign."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from pipeline.validation import InvalidInput
 
 @pytest.fixture
 def recording(tmp_path: Path) -> Path:
-    """A walk in a folder whose name has an equals sign."""
+    """File with a walk, in a folder whose name contains an equals sign."""
     output = walkers.walking_population(
         np.random.default_rng(3), male=1, female=1, duration_s=3.0, frame_rate_hz=50.0
     )

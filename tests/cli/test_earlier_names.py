@@ -1,4 +1,4 @@
-"""Names of earlier versions: archives made with them verify, and people who type them get today's name."""
+"""Tests of names from earlier versions: old archives can be verified, and messages give the present name."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ FIG5 = "zhang2007_fig5"
 
 
 def as_in_75f0dec2(options: dict[str, Any]) -> dict[str, Any]:
-    """Options of zhang2007_fig5 as a manifest of that version has them."""
+    """Return the options of zhang2007_fig5 as a manifest of commit 75f0dec2 contains them."""
     old = {name: value for name, value in options.items() if name != "plugins"}
     old["scale"] = {**options["scale"], "faced": 10}
     methods = [{TYPE: "Method", "name": name} for name in options["sweep"]["methods"]]
@@ -41,7 +41,7 @@ def as_in_75f0dec2(options: dict[str, Any]) -> dict[str, Any]:
 
 @pytest.fixture
 def old_archive(tmp_path: Path) -> Path:
-    """An archive of 75f0dec2 with a figure that is still computed and two that went."""
+    """Archive of commit 75f0dec2 with one figure that still exists and two that were removed."""
     lock = tmp_path / "requirements.lock"
     lock.write_text("numpy==2.4.6\n")
     retained = as_in_75f0dec2(canonical(compose([f"experiment={FIG5}", "seed=5"])))
@@ -88,7 +88,7 @@ def _members(kind: type[Any]) -> set[str]:
 
 
 def test_old_names_are_free_and_new_ones_exist() -> None:
-    """A line whose old name is used again would change today's options, and one without a target helps no one."""
+    """In the table of earlier names, no old name is in use again, and every new name exists."""
     names, classes = earlier_names(), {kind.__name__: kind for kind in _classes()}
     for old, change in names.files.items():
         group, _, name = old.partition("/")
@@ -113,7 +113,7 @@ def test_old_names_are_free_and_new_ones_exist() -> None:
 
 @pytest.fixture
 def with_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[str], EarlierNames]]:
-    """Reads a table of a plug-in in addition to those of the package."""
+    """Function that reads a plug-in's table of earlier names together with those of the package."""
     folders = plugins.conf_folders()
 
     def read(text: str) -> EarlierNames:

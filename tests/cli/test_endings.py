@@ -1,4 +1,4 @@
-"""Ends of the command line: output that cannot be written, Ctrl-C, and texts that would upset a terminal."""
+"""Tests of how the command line ends: output that cannot be written, Ctrl-C, and control characters in texts."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 def run(arguments: Sequence[str], shell_end: str) -> tuple[int, str]:
-    """Exit status and errors of the command line with its output redirected."""
+    """Return the exit status and the errors of the command line with redirected output."""
     command = f"exec {sys.executable} -m pipeline {' '.join(arguments)} {shell_end}"
     done = subprocess.run(
         ["bash", "-c", command], cwd=ROOT, stderr=subprocess.PIPE, text=True, timeout=60, check=False
@@ -46,7 +46,7 @@ def test_a_closed_output_ends_in_a_sentence() -> None:
 
 
 def test_a_reader_who_leaves_is_told_in_a_sentence() -> None:
-    """A pipe whose reader has closed it."""
+    """The command line prints one sentence if the reader of its output pipe closes the pipe."""
     process = subprocess.Popen(
         [sys.executable, "-m", "pipeline", "equations"],
         cwd=ROOT,
@@ -127,7 +127,7 @@ def test_absurd_sizes_are_refused_by_bounds(
 def test_another_container_of_the_same_host_name_is_another_place(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Its temporary folders, whose process numbers mean nothing here, are left alone while they are young."""
+    """Recent temporary folders of another container are kept, even if the container has the same host name."""
     start = sealed_folders._process_space()
     assert start == sealed_folders._HERE
     monkeypatch.setattr(Path, "readlink", lambda self: Path("pid:[1]"))

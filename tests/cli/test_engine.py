@@ -1,4 +1,4 @@
-"""Figures on Dask: the same bytes, each shared stage once, lost workers, rejected figures, Ctrl-C, job scripts."""
+"""Tests of figures on Dask: identical files, shared stages computed once, lost workers, Ctrl-C, and job scripts."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ ActionSpaceModel.learn = rejected
 
 
 def figures(results: Path, names: str, *more: str) -> list[str]:
-    """Command that makes small figures in scratch, with the test's plug-in next to the results."""
+    """Return the command that computes small figures in ``scratch``, with the test's plug-in."""
     command = [
         sys.executable,
         "-m",
@@ -78,7 +78,7 @@ def figures(results: Path, names: str, *more: str) -> list[str]:
 
 
 def made(results: Path) -> dict[str, bytes]:
-    """Tables and arrays of all figures in scratch, by figure and file."""
+    """Return tables and arrays of all figures in ``scratch``, by figure and file."""
     return {
         f"{path.parent.name}/{path.name}": path.read_bytes()
         for path in results.glob("scratch/*/*/*")
@@ -209,7 +209,7 @@ SCRIPTS = ROOT / "tests" / "fixtures" / "jobs"
 @needs_dask
 @pytest.mark.parametrize("name", QUEUES)
 def test_job_scripts_are_the_kept_ones(name: str, tmp_path: Path) -> None:
-    """``python -m pytest tests/cli/test_engine.py`` with KEEP_JOB_SCRIPTS=1 writes them anew."""
+    """The job scripts equal the stored ones; the test writes them anew if KEEP_JOB_SCRIPTS=1 is set."""
     import dask
     import dask_jobqueue  # noqa: F401 - its defaults are read before others are set
 

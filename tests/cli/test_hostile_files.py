@@ -1,4 +1,4 @@
-"""Our own files as another person left them: each command says in a sentence what is wrong, and none waits."""
+"""Tests of the project's own files after damage: each command reports the error in a sentence, and none hangs."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ FIGURE = "zhang2007_fig5"
 
 @pytest.fixture(autouse=True)
 def _never_waits() -> Iterator[None]:
-    """End a test that waits for a pipe."""
+    """Fail a test that waits for input from a pipe."""
 
     def waited(*_: object) -> None:
         raise AssertionError("a file is waited for")
@@ -48,7 +48,7 @@ def _never_waits() -> Iterator[None]:
 
 
 def sealed_with(**changes: Any) -> Callable[[Path], None]:
-    """Return what changes entries of a manifest, None to remove one, and seals it again."""
+    """Return a function that changes or removes entries of a manifest, and seals the manifest again."""
 
     def spoil(folder: Path) -> None:
         facts = read_manifest(folder)
@@ -64,7 +64,7 @@ def _as_pipe(folder: Path) -> None:
 
 
 def listing(name: str) -> Callable[[Path], None]:
-    """Return what adds a file of this name to a sealed manifest."""
+    """Return a function that adds a file name to a sealed manifest."""
 
     def spoil(folder: Path) -> None:
         manifest = json.loads((folder / MANIFEST).read_bytes())
@@ -91,7 +91,7 @@ MANIFESTS: dict[str, tuple[Callable[[Path], Any], str]] = {
         "manifest.json lists a file whose path is not inside its folder: '/tmp/x.json'",
     ),
 }
-"""Ways to spoil the manifest of a figure, and the complaints about them."""
+"""Ways to damage the manifest of a figure, each with the expected message."""
 
 CODES = {
     "deep": "too_deep",

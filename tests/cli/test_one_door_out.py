@@ -1,4 +1,4 @@
-"""Every command that writes, in a folder of others' files that bear all of its names: each byte is there afterwards.
+"""Tests that no command changes existing files of the user, even if they have the names of its outputs.
 
 The commands are those of the registry: one without a declaration, or that writes and is not tried here, fails.
 """
@@ -40,14 +40,14 @@ SMOKE = ("data=synthetic", "scale=smoke")
 
 @dataclass(frozen=True)
 class Case:
-    """One way to call a command: what is there before, and the arguments, both given the folder that is written."""
+    """Way to call a command: its arguments, and a function that prepares the folder to write into."""
 
     arguments: Callable[[Path, Path], list[str]]
     before: Callable[[Path, Path, pytest.MonkeyPatch], Any] = lambda folder, given, patch: None
 
 
 def one_figure(patch: pytest.MonkeyPatch) -> None:
-    """Leave one preset, whose folder exists: composing the others takes longest."""
+    """Restrict the presets to one figure, because composing all of them takes long."""
     patch.setattr("pipeline.cli.compose.built_figures", lambda: ["zhang2007_fig5"])
 
 
@@ -148,7 +148,7 @@ def test_every_command_says_how_it_writes_and_is_tried() -> None:
 
 @pytest.fixture(scope="session")
 def given(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A published figure, a recording and keypoints: what commands read."""
+    """Folder with inputs of the commands: a published figure, a recording and keypoints."""
     folder = tmp_path_factory.mktemp("given")
     experiment = compose(["experiment=zhang2007_fig5", f"results={folder}", *QUICK])
     make_figure(experiment, folder / FIGURE, store=Store(folder))
@@ -160,7 +160,7 @@ def given(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def contents(folder: Path) -> dict[str, bytes]:
-    """Bytes of all files below a folder, without the cache, which is the store's own."""
+    """Return the bytes of all files below a folder, without the cache."""
     files = (path for path in folder.rglob("*") if path.is_file() and not path.is_symlink())
     return {
         name: path.read_bytes()
@@ -175,7 +175,7 @@ def call(case: Case, folder: Path, given: Path, say: Callable[..., CommandResult
 
 
 def written(case: Case, folder: Path, given: Path, say: Callable, patch: pytest.MonkeyPatch) -> set[str]:
-    """Names of the files that a command writes in a folder of its own."""
+    """Return the names of the files that a command writes into a new folder."""
     folder.mkdir()
     case.before(folder, given, patch)
     before = contents(folder)
@@ -188,7 +188,7 @@ def written(case: Case, folder: Path, given: Path, say: Callable, patch: pytest.
 
 @pytest.fixture(scope="module")
 def all_names() -> dict[str, set[str]]:
-    """Names of the files that each call writes, once it was tried."""
+    """Names of the files that each command writes, filled in while the tests run."""
     return {}
 
 
@@ -229,7 +229,7 @@ def test_files_of_others_under_all_names_are_found_again(
 def test_it_may_be_written_again_where_it_wrote_before(
     command: str, case: Case, given: Path, tmp_path: Path, say: Callable, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Files only by ``replace=true``."""
+    """A command may replace its own earlier output; output that is a single file needs ``replace=true``."""
     names = written(case, tmp_path / "own", given, say, monkeypatch)
     message = call(case, tmp_path / "own", given, say)
     if WRITES[command] == "file":
@@ -311,7 +311,7 @@ WRITES = {
     "readme": "this clone", "view": "", "archive": "archive", "verify": "", "inspect": "file", "export": "file",
     "pointlight": "file",
 }  # fmt: skip
-"""Kind of output of each command, empty if it writes nothing; no file of others is ever replaced.
+"""Kind of output of each command, or an empty string if it writes nothing.
 
 A *publication* is a folder that is replaced as a whole if it is ours; *files* are new, unless ``replace=true``; a
 *page* is a table or page next to figures, which replaces only its like; *recordings* are those of a list, by digest; an

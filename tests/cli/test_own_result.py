@@ -1,4 +1,4 @@
-"""The line with which the summary of the user's own recordings begins."""
+"""Tests of the first line in the summary for a user's own recordings."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Switches of the papers' ambiguities: each composes, and what it moves is tabulated."""
+"""Tests of the switches for ambiguities in the papers: each is a valid option, and changed results are tabulated."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Figures side by side: the same tables, each stage once, an end that leaves no process and nothing half-written."""
+"""Tests of figures computed in parallel: same tables, each stage computed once, and no process or partial file left."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ needs_fork = pytest.mark.skipif(not CAN_FORK, reason="workers are forks, which k
 
 
 def made(results: Path) -> dict[str, bytes]:
-    """Tables and arrays of all figures in scratch, by figure and file."""
+    """Return tables and arrays of all figures in ``scratch``, by figure and file."""
     return {
         f"{path.parent.name}/{path.name}": path.read_bytes()
         for path in results.glob("scratch/*/*/*")
@@ -125,7 +125,7 @@ def test_a_bug_in_one_figure_is_shown_and_the_others_go_on(
 
 
 def sleeping(arguments: list[str]) -> int:
-    """The command line whose sweep of walks says that it is there, and never ends."""
+    """Run the command line with a sweep of walks that prints a word and then never returns."""
 
     @functools.wraps(KnownView.measure)
     def asleep(self: KnownView, inputs: object) -> None:
@@ -138,7 +138,7 @@ def sleeping(arguments: list[str]) -> int:
 
 
 def losing(arguments: list[str]) -> int:
-    """The command line whose sweep of walks loses its first interrupt, as within a callback of a library."""
+    """Run the command line with a sweep of walks that ignores the first interrupt, as a library's callback may do."""
     pool.TIMES = 10_000  # however busy the machine is
 
     @functools.wraps(KnownView.measure)
@@ -178,7 +178,7 @@ def test_an_interrupt_that_is_lost_comes_again(tmp_path: Path) -> None:
 
 
 def none_is_left(group: int) -> bool:
-    """Return whether every process of a group has ended."""
+    """Return whether every process of a process group has ended."""
     try:
         os.killpg(group, 0)
     except ProcessLookupError:
@@ -281,7 +281,7 @@ def test_on_a_terminal_one_display_names_what_runs_and_what_is_left() -> None:
 
 @needs_fork
 def test_each_figure_has_a_process_of_its_own_and_hands_on_the_cores_that_it_owes(tmp_path: Path) -> None:
-    """The first lends its core, which another process takes; the second then pays with the spare core."""
+    """Each figure has its own process, and passes the cores that it has not returned to the next figure."""
 
     def make(experiment: Any, folder: Path, at: Callable[[str], None]) -> Failure:
         before = processes.cores_not_returned()

@@ -1,4 +1,4 @@
-"""The figures that would be made again are listed without making them."""
+"""Tests of `status`, which lists the figures that must be recomputed without computing them."""
 
 from __future__ import annotations
 
@@ -28,20 +28,20 @@ FIGURE = "zhang2007_fig2"
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """One small figure."""
+    """Results folder with one small figure."""
     folder = tmp_path_factory.mktemp("results")
     make_figure(experiment(folder), place(folder), store=Store(folder))
     return folder
 
 
 def experiment(results: Path, *overrides: str):  # type: ignore[no-untyped-def]
-    """The figure's experiment with overrides."""
+    """Return the experiment of the figure, with overrides."""
     quick = ["figure.picture=false", "figure.recording=false", "scale=smoke"]
     return compose([f"experiment={FIGURE}", f"results={results}", *quick, *overrides])
 
 
 def state_of(one: Experiment, folder: Path) -> Status:
-    """The status of an experiment's figure in a folder."""
+    """Return the status of an experiment's figure in a folder."""
     return status(one, folder)
 
 
@@ -90,7 +90,7 @@ def test_it_says_that_the_figures_own_code_changed(results: Path, monkeypatch: p
 
 @pytest.fixture
 def edited_readers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """A copy of the sources with one more constant in every reader, mapping and fetcher; keys depend on the copy."""
+    """Copy of the sources with an additional constant in every reader, mapping and fetcher."""
     copy = tmp_path / "pipeline"
     shutil.copytree(plugins.PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
     for folder in ("formats", "mappings", "fetch"):

@@ -1,4 +1,4 @@
-"""Text of the terminal at 80 and 100 columns: names and folders are whole, and a first line comes at once."""
+"""Tests of terminal output at 80 and 100 columns: names and folders are not cut, and the first line appears at once."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ ROW = {
 
 
 def printed(width: int, *parts: object) -> list[str]:
-    """Return the lines of a console of this width."""
+    """Return the lines that a terminal of this width shows."""
     stream = io.StringIO()
     Console(file=stream, width=width, highlight=False).print(*parts)
     return [line.rstrip() for line in stream.getvalue().splitlines()]

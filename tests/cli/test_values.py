@@ -1,4 +1,4 @@
-"""Small functions of the command line, each with its answer worked out by hand."""
+"""Tests of small functions of the command line against results that were computed by hand."""
 
 from __future__ import annotations
 
@@ -205,7 +205,7 @@ def test_styles_are_for_terminals_alone(
 
 
 def outcome(folder: Path, name: str, **changes: Any) -> Outcome:
-    """A figure that was made in 10 s."""
+    """Return the outcome of a figure that took 10 s."""
     seconds = {"ingest": 1.0, "dataset": 2.0, "model": 3.0, "sweep": 3.5, "figure": 0.5}
     settings: dict[str, Any] = {"figure": name, "folder": folder, "seconds": seconds, "processor_s": 12.25}
     return Outcome(**{**settings, "reused": (), "remarks": (), "verdicts": [], **changes})
@@ -235,7 +235,7 @@ def test_the_summary_of_figures(tmp_path: Path) -> None:
 
 
 def verdict(kind: Kind, agreement: Agreement, beyond: Beyond, **changes: Any) -> Verdict:
-    """A verdict on a claim of a paper that exists."""
+    """Return a verdict on a claim of zhang2007."""
     judged = claim(kind=kind, paper="zhang2007", **changes)
     evidence = Evidence(value=Estimate(8.0, 7.0, 9.0), baseline=Estimate(20.0))
     return Verdict(judged, agreement, "a reason", evidence, beyond)

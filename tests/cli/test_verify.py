@@ -1,4 +1,4 @@
-"""Verifying an archive by computing it again: the same figures, compared to the digits that it promises."""
+"""Tests of `verify`, which recomputes the figures of an archive and compares them within the archive's tolerances."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from tests.rejects import rejects
 from tests.report.planted import CLAIM, plant, view_errors
 
 repeated: list[Any] = []
-"""The experiments that were made again last."""
+"""Experiments that the last verification recomputed."""
 FIGURES = ["zhang2007_fig5", "mozerov2006_fig1"]
 
 
 @pytest.fixture
 def archived(tmp_path: Path) -> Path:
-    """A folder of light archives, with one of two figures."""
+    """Folder of light archives, with one archive of two figures."""
     lock = tmp_path / "requirements.lock"
     lock.write_text("numpy==2.4.6\n")
     output: dict[str, Any] = {"scale": "full", "lock_sha256": digest(lock.read_bytes())}
@@ -37,7 +37,7 @@ def archived(tmp_path: Path) -> Path:
 
 
 def making(monkeypatch: pytest.MonkeyPatch, off: float) -> list[str]:
-    """Plant, instead of making a figure, one whose errors are off by a factor; return the names, once made."""
+    """Replace computed figures by results whose errors differ by a factor; return the list of figure names."""
     names: list[str] = []
     repeated.clear()
 

@@ -1,4 +1,4 @@
-"""Figures by Dask workers in jobs of a real Slurm: two nodes on this machine, one of them killed; a job is cancelled.
+"""Tests of figures computed in Slurm jobs on two local nodes, with a killed node and a cancelled job.
 
 Needs Debian's packages slurmctld, slurmd, slurm-client and munge (`make test-cluster`).
 """
@@ -37,7 +37,7 @@ SLURM = ["launch=slurm", "launch.jobs=2", "launch.cores=2"]  # each job fills a 
 
 @pytest.fixture(scope="module")
 def slurm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    """The folder of a Slurm that runs; commands find it by their environment."""
+    """Folder of a running Slurm, which commands find through environment variables."""
     folder = tmp_path_factory.mktemp("slurm")
     script = str(ROOT / "tests" / "cluster" / "slurm_up.sh")
     up = subprocess.run([script, str(folder)], check=False, capture_output=True, text=True, timeout=WAIT_S)
@@ -54,7 +54,7 @@ def slurm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 
 @pytest.fixture(scope="module")
 def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
-    """Tables and arrays of the figures, made on this machine."""
+    """Tables and arrays of the figures, computed on this machine without Slurm."""
     results = tmp_path_factory.mktemp("here")
     done = finished([sys.executable, *SMOKE, "workers=2", f"results={results}"])
     assert done.returncode == 0, done.stderr
@@ -62,7 +62,7 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
 
 
 def wait_for(what: str, seen: Callable[[], object], driver: subprocess.Popen[str] | None = None) -> None:
-    """Wait until a function returns something true, while a process goes on."""
+    """Wait until a function returns a true value, while a given process must keep running."""
     ends = time.monotonic() + WAIT_S
     while not seen():
         assert driver is None or driver.poll() is None, (what, driver.communicate())
@@ -71,13 +71,13 @@ def wait_for(what: str, seen: Callable[[], object], driver: subprocess.Popen[str
 
 
 def running(*more: str) -> list[str]:
-    """Numbers of jobs that run, or of those that `squeue` shows otherwise."""
+    """Return the numbers of the running Slurm jobs, or of the jobs selected by other options of `squeue`."""
     command = ["squeue", "--me", "-h", "-o", "%i", *(more or ("-t", "RUNNING"))]
     return subprocess.run(command, check=True, capture_output=True, text=True, timeout=WAIT_S).stdout.split()
 
 
 def tree(pid: int) -> list[int]:
-    """A process and all below it."""
+    """Return the numbers of a process and of all its descendants."""
     listed = subprocess.run(
         ["ps", "-e", "-o", "pid=,ppid="], check=True, capture_output=True, text=True
     ).stdout
@@ -89,7 +89,7 @@ def tree(pid: int) -> list[int]:
 
 
 def kill_node(folder: Path, name: str) -> None:
-    """End a node as a power cut does: its daemon, the keepers of its jobs, and all that they started."""
+    """Kill a node as a power failure would: its daemon, the job managers of its jobs, and all their child processes."""
     keepers = subprocess.run(
         ["pgrep", "-f", "slurmstepd"], check=False, capture_output=True, text=True
     ).stdout.split()
@@ -131,7 +131,7 @@ def test_a_node_dies_a_job_is_lost_and_the_tables_are_the_same_bytes(
 
 
 def down_nodes() -> list[str]:
-    """Nodes that Slurm has given up."""
+    """Return the nodes that Slurm reports as down."""
     command = ["sinfo", "-h", "-N", "-o", "%N %T"]
     message = subprocess.run(command, check=True, capture_output=True, text=True, timeout=WAIT_S).stdout
     return [line.split()[0] for line in message.splitlines() if line.split()[1].startswith("down")]

@@ -1,4 +1,4 @@
-"""Cameras that only tests look through: one that stands still, and the orthographic limit."""
+"""Cameras for tests: a still camera, and its orthographic limit."""
 
 from __future__ import annotations
 
@@ -11,12 +11,15 @@ from pipeline.core.pinhole import Pinhole
 
 
 def still(frames: int, *, target: np.ndarray, **options: Any) -> Pinhole:
-    """A camera that stands still; on a moving target it turns to follow.  Options are those of `around`."""
+    """Return a camera at a fixed position that turns to follow a moving target.
+
+    Options are those of `around`.
+    """
     return around(frames, target=target, sweep_rad=0.0, **options)
 
 
 def off_centre(camera: Pinhole) -> Pinhole:
-    """The same camera with its principal point at (320, 240) px."""
+    """Return a camera with its principal point moved to (320, 240) px."""
     shift = np.array([[0.0, 0.0, 320.0], [0.0, 0.0, 240.0], [0.0, 0.0, 0.0]])
     return Pinhole(camera.intrinsics + shift, camera.rotation, camera.centre)
 
@@ -24,7 +27,7 @@ def off_centre(camera: Pinhole) -> Pinhole:
 def parallel(
     frames: int, *, target: np.ndarray, azimuth_rad: float = 0.0, px_per_mm: float = PX_PER_MM
 ) -> np.ndarray:
-    """Orthographic cameras (F, 3, 4) on a horizontal axis, the limit of `still` at its target's height.
+    """Return horizontal orthographic cameras (F, 3, 4), the limit of `still` for a large distance.
 
     Both candidates of every frame are then mirror images and no basis tells which is right: a tie.
 

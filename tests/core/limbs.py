@@ -1,4 +1,4 @@
-"""A limb that only tests look at: smooth in its coordinates, and so of varying length."""
+"""Synthetic limbs for tests, with smooth coordinates and therefore varying length."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def cartesian_limb(
     swing: float = 0.8,
     bandwidth: int = 6,
 ) -> np.ndarray:
-    """Return a relative trajectory (F, 3), mm, whose coordinates lie in a cosine basis; its length varies.
+    """Return a relative limb trajectory (F, 3), mm, whose coordinates lie in a cosine basis, so that its length varies.
 
     Parameters
     ----------

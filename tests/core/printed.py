@@ -1,4 +1,4 @@
-"""The estimates as the papers print them, for the fast paths to agree with."""
+"""Estimators as the papers print them, which serve as references for the fast implementations."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pipeline.core.linear_model import LinearModel, unflatten
 def printed(
     model: LinearModel, sample: np.ndarray, angle: float, noise_variance: float | None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """k (N,), missing coefficients (5, 15) and true less reconstructed, as the papers write it.
+    """Return coefficients (N,), missing dimension (5, 15) and its error (5, 15), computed as the papers write it.
 
     Build C, project the model, subtract, solve, and take the missing dimension of the sum of eigenwalkers.
     """
@@ -33,7 +33,7 @@ def printed(
 def printed_cost(
     model: LinearModel, image: np.ndarray, frequency_hz: float, view: float, phase: float, noise: float | None
 ) -> float:
-    """[zhang2007 4.5] squared, or [zhang2007 4.6] times 2 sigma², of the observation shifted by a phase."""
+    """Return the printed cost of an observation at a view angle and phase, [zhang2007 4.5] or [zhang2007 4.6]."""
     trailing = model.mean.size - 225
     C = camera.projection_matrix(view, trailing=trailing)
     w_hat = fourier.shift(image, phase).ravel()

@@ -1,4 +1,4 @@
-"""The aSpace: eigenvectors of all postures of an action, how few of them are enough, and the way there and back."""
+"""Tests of the aSpace: eigenvectors of an action's postures, their number, projection and inverse projection."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from tests.rejects import rejects
 from tests.strategies import seeds
 
 spectra = st.lists(st.integers(0, 10**6), min_size=1, max_size=37).map(lambda e: sorted(e, reverse=True))
-"""Whole numbers, so that every sum of them and every quotient of sums is known exactly."""
+"""Random integer eigenvalues, whose sums and ratios are known exactly."""
 
 
 def performances(seed: int, count: int = 4, numbers: int = 37, rank: int = 37) -> list[np.ndarray]:
-    """Performances of different lengths whose postures vary in `rank` directions, less and less."""
+    """Return random performances of different lengths whose postures vary in `rank` directions."""
     generator = np.random.default_rng(seed)
     directions = generator.standard_normal((rank, numbers)) * (0.7 ** np.arange(rank))[:, None]
     lengths = generator.integers(20, 40, count)
@@ -43,7 +43,7 @@ def test_the_smallest_b_is_the_first_of_all_that_are_enough(spectrum: list[int],
 def test_a_share_that_b_eigenvalues_hold_exactly_asks_for_no_more(
     spectrum: list[int], data: st.DataObject
 ) -> None:
-    """The quotient is rounded, and so may be the running sum: neither adds an eigenvector."""
+    """If b eigenvalues contain a share of the variance exactly, rounding errors do not add an eigenvector."""
     fixed = [Fraction(e, sum(spectrum)) for e in accumulate(spectrum)]
     share = fixed[data.draw(st.integers(0, len(fixed) - 1))]
     dimensions = smallest_dimensions(np.array(spectrum) * 0.1, sum(spectrum) * 0.1, float(share))
@@ -96,7 +96,7 @@ def test_it_is_the_eigendecomposition_of_the_covariance_of_all_postures(seed: in
 
 
 def test_long_performances_count_by_their_postures() -> None:
-    """All postures of the action are averaged, not the averages of the performances."""
+    """The mean posture is averaged over all postures of the action, so long performances have more weight."""
     short, long = np.zeros((1, 2)), np.full((3, 2), 4.0)
     np.testing.assert_allclose(aspace.learn([short, long]).mean, 3.0)
 

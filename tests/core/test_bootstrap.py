@@ -1,4 +1,4 @@
-"""Cluster bootstrap: the same as drawing people one by one, and intervals that cover what they promise."""
+"""Tests of the cluster bootstrap: equality with resampled people, and coverage of the intervals."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tests.rejects import rejects
 
 
 def drawn(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Values of rows, their clusters and weights; some clusters have several rows."""
+    """Return random values in rows, the cluster of each row, and bootstrap weights of the clusters."""
     rng = np.random.default_rng(seed)
     cluster = np.concatenate([np.arange(6), rng.integers(0, 6, size=9)])
     return rng.normal(size=(15, 2)), cluster, bootstrap.resampling_weights(6, rng, resamples=40)
@@ -41,7 +41,9 @@ def test_paired_quantities_share_the_replicates() -> None:
 
 
 def test_an_interval_over_people_covers_the_truth_as_often_as_it_promises() -> None:
-    """People with several clips each: drawing clips instead of people would cover a third of the time."""
+    """Intervals from resampled people cover the true mean in 90 to 98 % of trials; intervals from resampled clips in
+    under 70 %.
+    """
     rng = np.random.default_rng(20)
     people, clips, trials = 30, 8, 400
     person = np.repeat(np.arange(people), clips)
@@ -74,14 +76,14 @@ def test_replicates_without_any_row_have_no_mean_and_wrong_inputs_are_refused() 
 def test_an_interval_over_few_people_holds_the_mean_nearly_as_often_as_it_says(
     people: int, shape: float | None
 ) -> None:
-    """A plain percentile interval of five normal people holds it in 84 of 100; `make bench` has more draws."""
+    """Intervals over few people cover the true mean in 90 to 99 % of trials."""
     assert 90.0 <= coverage(people, shape, 400) <= 99.0
 
 
 @pytest.mark.parametrize("people", [12, 33])
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_an_interval_over_clusters_is_scipys_bca_at_the_expanded_level(people: int, sign: float) -> None:
-    """SciPy's interval of the same replicates, at the level that Student's quantile and sqrt(C / (C - 1)) reach."""
+    """The interval over clusters equals SciPy's BCa interval at a confidence level adjusted for few clusters."""
     values = sign * np.random.default_rng(people).exponential(size=people) ** 2
     tail = stats.t.ppf(0.975, people - 1) * np.sqrt(people / (people - 1))
     expected = stats.bootstrap(

@@ -1,4 +1,4 @@
-"""Projection from 3D to 2D, and back [zhang2007 3.4, 3.5, 3.16, B.2, B.3] [zhang2004 4, 5, 10]."""
+"""Tests of the projection from 3D to 2D and back [zhang2007 3.4, 3.5, 3.16, B.2, B.3] [zhang2004 4, 5, 10]."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def test_combining_undoes_projecting(seed: int, angle: float) -> None:
 @given(seed=seeds, angle=angles)
 @settings(max_examples=50, deadline=None)
 def test_observed_coordinates_are_kept_whatever_is_missing(seed: int, angle: float) -> None:
-    """[zhang2007 3.16]: the view of what was put together is what was seen."""
+    """A combination of image and missing dimension projects to the same image [zhang2007 3.16]."""
     generator = np.random.default_rng(seed)
     observed, invented = generator.standard_normal((5, 15, 2)), generator.standard_normal((5, 15))
     together = camera.combine(observed, invented, angle)
@@ -32,7 +32,7 @@ def test_observed_coordinates_are_kept_whatever_is_missing(seed: int, angle: flo
 @given(seed=seeds, angle=angles)
 @settings(max_examples=30, deadline=None)
 def test_the_projection_matrix_projects(seed: int, angle: float) -> None:
-    """225 numbers in the printed order to 150, and 226 to 151 with the frequency last."""
+    """The projection matrix projects Fourier representations in the printed order, with and without the frequency."""
     sample = np.random.default_rng(seed).standard_normal(226)
     expected = camera.project(sample[:225].reshape(5, 15, 3), angle).reshape(-1)
     matrix = camera.projection_matrix(angle)
@@ -78,7 +78,7 @@ def test_the_opposite_view_is_the_mirror_image(seed: int, angle: float) -> None:
     [(0, [1.0, 3.0], 2.0), (90, [2.0, 3.0], -1.0), (-90, [-2.0, 3.0], 1.0), (180, [-1.0, 3.0], -2.0)],
 )
 def test_four_views_worked_out_in_the_head(angle_deg: float, seen: list[float], lost: float) -> None:
-    """At 0 the image has the walker's right on its right; at 90 degrees the walk runs to its right."""
+    """Projections of a point at four view angles agree with hand-computed values."""
     point = np.array([1.0, 2.0, 3.0])  # right, forwards, up
     np.testing.assert_allclose(camera.project(point, np.radians(angle_deg)), seen, atol=1e-15)
     assert camera.missing_dimension(point, np.radians(angle_deg)) == pytest.approx(lost)

@@ -1,4 +1,4 @@
-"""Cameras that stand, walk around and shake: where they are, what they see, and their limit far away."""
+"""Tests of still, moving and hand-held cameras: positions, images, and the limit of large distances."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def test_around_is_a_level_circle_that_looks_at_its_target(
 
 
 def test_places_that_can_be_checked_in_the_head() -> None:
-    """Azimuth 0 is ahead (+y), a quarter turn the walker's left (-x); a half sweep goes from right to left."""
+    """Camera positions agree with hand-computed values for azimuths of 0 and 90 degrees and a sweep of 180 degrees."""
     ahead = still(2, target=np.zeros(3), distance_mm=3000.0, height_mm=500.0)
     np.testing.assert_allclose(ahead.centre, [[0, 3000, 500]] * 2, atol=1e-9)
     left = still(1, target=np.zeros(3), distance_mm=3000.0, azimuth_rad=np.pi / 2)

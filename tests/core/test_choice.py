@@ -1,4 +1,4 @@
-"""Choices among values that differ by rounding alone."""
+"""Tests of choices among values that differ only by rounding errors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Errors of a reconstruction [zhang2007 4.1-4.4] [zhang2004 11, 12, 13]."""
+"""Tests of reconstruction errors [zhang2007 4.1-4.4] [zhang2004 11, 12, 13]."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from tests.strategies import angles, seeds, walker
 
 
 def whole_cycles(count: int, rate_hz: float = 40.0, frequency_hz: float = 0.8) -> np.ndarray:
-    """Instants of whole cycles, the first of the next one left out."""
+    """Return the sample times of a number of whole cycles."""
     return np.arange(round(count * rate_hz / frequency_hz)) / rate_hz
 
 
 @given(seed=seeds, cycles=st.integers(1, 4), harmonics=st.integers(1, 3))
 @settings(max_examples=40, deadline=None)
 def test_the_error_of_coefficients_is_the_mean_over_time(seed: int, cycles: int, harmonics: int) -> None:
-    """Parseval: the printed sum over time of whole cycles, without the time."""
+    """The error computed from Fourier coefficients equals the printed mean over time (Parseval's theorem)."""
     generator = np.random.default_rng(seed)
     original, reconstructed = generator.standard_normal((2, 1 + 2 * harmonics, 15, 1))
     times = whole_cycles(cycles)
@@ -36,7 +36,7 @@ def test_the_error_of_coefficients_is_the_mean_over_time(seed: int, cycles: int,
 def test_what_the_motion_has_beyond_its_series_adds_to_the_error(
     seed: int, angle: float, cycles: int
 ) -> None:
-    """`truth: motion`: a third harmonic and noise, over whole cycles, against the printed sum."""
+    """With `truth: motion`, the error includes a third harmonic and noise that the Fourier series does not describe."""
     generator = np.random.default_rng(seed)
     times = whole_cycles(cycles)
     motion = fourier.synthesise(walker(generator), 0.8, times)
@@ -93,7 +93,7 @@ def test_variance_along_the_missing_dimension_is_that_of_the_projected_series(
 @given(seed=seeds, view=st.lists(angles, min_size=1, max_size=5))
 @settings(max_examples=30, deadline=None)
 def test_both_readings_of_the_missing_variance(seed: int, view: list[float]) -> None:
-    """Temporal: of each joint over time, then the mean; overall: of all joints and instants together."""
+    """The variance of the missing dimension, per joint or over all joints, equals that of projected motion."""
     generator = np.random.default_rng(seed)
     motion = fourier.synthesise(walker(generator), 0.8, whole_cycles(2))
     motion += generator.standard_normal(motion.shape)
@@ -115,7 +115,7 @@ def test_both_readings_of_the_missing_variance(seed: int, view: list[float]) -> 
 
 
 def test_a_relative_error_divides_by_the_variance_of_the_missing_dimension() -> None:
-    """[zhang2007 4.3, 4.4]: every joint by the same variance, so that the walker's is E_a over it."""
+    """The relative error of every joint is its absolute error divided by one common variance [zhang2007 4.3, 4.4]."""
     absolute = np.array([[2.0, 4.0], [9.0, 3.0]])
     relative = errors.relative_error(absolute, np.array([[2.0], [3.0]]))
     assert relative.tolist() == [[1.0, 2.0], [3.0, 1.0]]

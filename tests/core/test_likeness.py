@@ -1,4 +1,4 @@
-"""Two recordings of one motion are alike however they were disguised; two people are not."""
+"""Tests of the similarity of two recordings: high for a modified copy, low for two people."""
 
 from __future__ import annotations
 

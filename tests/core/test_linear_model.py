@@ -1,4 +1,4 @@
-"""Average walker and eigenwalkers, and the only way to a fold [zhang2007 3.2, 3.3] [zhang2004 2, 3]."""
+"""Tests of the average walker, the eigenwalkers and cross-validation [zhang2007 3.2, 3.3] [zhang2004 2, 3]."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def population(seed: int, count: int, style: str) -> np.ndarray:
 
 
 def same(one: LinearModel, other: LinearModel) -> bool:
-    """Bit for bit."""
+    """Return True if two linear models are identical to the last bit."""
     return all(
         np.array_equal(getattr(one, name), getattr(other, name))
         for name in ("mean", "components", "eigenvalues", "total_variance", "last_scale")
@@ -146,7 +146,7 @@ def test_flattening_keeps_the_printed_order_and_puts_the_frequency_last() -> Non
 def test_nothing_of_a_held_out_walker_reaches_its_fold(
     seed: int, count: int, held_out: int, style: str, grouped: bool
 ) -> None:
-    """Not the walker's other walks, not the mirror images, not the scale of the frequency."""
+    """A cross-validation fold uses nothing of the held-out person: no other walk, no mirror image and no frequency."""
     held_out %= count
     generator = np.random.default_rng(seed)
     people = walkers(generator, count, style)
@@ -263,7 +263,7 @@ def test_the_frequency_varies_as_much_as_the_mean_of_the_rest(seed: int, count: 
 
 
 def test_a_frequency_that_all_share_is_left_alone() -> None:
-    """Its variance is rounding, and would be blown up to that of the body."""
+    """A frequency that is equal for all walkers is not scaled, because its variance is only rounding error."""
     samples = linear_model.flatten(walkers(np.random.default_rng(0), 7), np.full(7, 0.93))
     assert linear_model.fit(samples, 5, scale_last=None).last_scale == 1.0
     assert linear_model.fit(np.array([[1.0, 0.1], [1.0, 0.3]]), 1, scale_last=None).last_scale == 1.0
@@ -291,7 +291,7 @@ def test_coefficients_are_those_that_made_the_samples(frequency: bool, hidden: l
 @given(fold=folds(), angle=angles, prior=st.booleans())
 @settings(max_examples=40, deadline=None)
 def test_the_whitened_form_is_the_projected_eigenwalkers(fold: Fold, angle: float, prior: bool) -> None:
-    """At any angle the four products give what the printed projection matrix gives."""
+    """The matrix A of the linear system equals that from the printed projection matrix at any view angle."""
     model = fold.model
     white = linear_model.whiten(model, prior=prior)
     spread = np.sqrt(model.eigenvalues)

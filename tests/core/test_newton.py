@@ -1,4 +1,4 @@
-"""Newton's method inside brackets, against functions whose minima are known."""
+"""Tests of the bracketed Newton method on functions with known minima."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tests.strategies import seeds
 
 @given(seeds, st.integers(1, 30))
 def test_the_zero_of_the_slope_is_found(seed: int, count: int) -> None:
-    """cosh(a (x - c)): bowls of very different widths, so that steps of the secant leave the bracket."""
+    """The minima of functions cosh(a (x - c)) of very different widths are found."""
     generator = np.random.default_rng(seed)
     a, centre = 10.0 ** generator.uniform(-1, 1.5, count), generator.uniform(-1, 1, count)
     lower, upper = centre - generator.uniform(0.01, 3, count), centre + generator.uniform(0.01, 3, count)

@@ -1,4 +1,4 @@
-"""The perspective camera: projection by hand, the way back, and what it refuses."""
+"""Tests of the perspective camera: hand-computed projections, inverse projection, and invalid cameras."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ K = np.array([[900.0, 2.0, 320.0], [0.0, 1100.0, 240.0], [0.0, 0.0, 1.0]])
 def cameras(
     seed: int, frames: int | None, *, moving: tuple[bool, bool, bool] = (True, True, True)
 ) -> Pinhole:
-    """A camera somewhere, or one for each frame; parts that do not move are given once."""
+    """Return a random camera, constant or different in each frame."""
     generator = np.random.default_rng(seed)
     count = frames or 1
     parts = [
@@ -35,14 +35,14 @@ def cameras(
 
 
 def ahead(camera: Pinhole, generator: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
-    """World points (…, 3) in front of one camera."""
+    """Return random world points (…, 3) in front of a camera."""
     moved = generator.uniform([-500, -500, 100], [500, 500, 5000], (*shape, 3))
     return moved @ camera.rotation + camera.centre
 
 
 @given(seed=seeds, moving=st.tuples(st.booleans(), st.booleans(), st.booleans()))
 def test_projection_is_that_of_the_matrix_frame_by_frame(seed: int, moving: tuple[bool, bool, bool]) -> None:
-    """P = K R [I | -C] and a division, whichever parts of the camera move."""
+    """Projection equals multiplication by P = K R [I | -C] and division, for constant and for moving cameras."""
     generator = np.random.default_rng(seed)
     camera = cameras(seed, 4, moving=moving)
     assert camera.frames == (4 if any(moving) else None)
@@ -74,7 +74,7 @@ def test_a_matrix_of_any_scale_and_sign_projects_as_its_camera_does(seed: int, s
 
 
 def K_R_I_C(camera: Pinhole) -> np.ndarray:
-    """The printed matrix of one camera."""
+    """Return the camera matrix K R [I | -C] of one camera."""
     return camera.intrinsics @ camera.rotation @ np.column_stack([np.eye(3), -camera.centre])
 
 
@@ -92,7 +92,7 @@ def test_pixels_and_depths_give_the_points_back(seed: int, frames: int | None) -
 
 
 def test_a_projection_that_can_be_checked_in_the_head() -> None:
-    """From 4 m in front of a person who faces +y: their right (+x) is on our left, up is up (smaller v)."""
+    """In the image of a person who faces the camera, the person's right side appears on the left."""
     before = look_at(np.array([0.0, 4000.0, 1000.0]), np.array([0.0, 0.0, 1000.0]), focal_px=1000.0)
     camera = off_centre(before)
     np.testing.assert_allclose(camera.project(np.array([0.0, 0.0, 1000.0])), [320.0, 240.0])

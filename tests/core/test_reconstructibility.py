@@ -1,4 +1,6 @@
-"""Reconstructibility: against the null space itself, the printed equations, and the cases with known answers."""
+"""Tests of reconstructibility: against the null space of the basis, the printed equations, and cases with known
+results.
+"""
 
 from __future__ import annotations
 
@@ -34,17 +36,17 @@ from tests.strategies import seeds
 
 
 def cosines(frames: int, count: int) -> np.ndarray:
-    """Orthonormal DCT-II basis (F, K) by the transform of the identity."""
+    """Return the orthonormal DCT-II basis (F, K), computed with SciPy's transform."""
     return np.asarray(dct(np.eye(frames), axis=0, norm="ortho")[:count].T)
 
 
 def soft(frames: int, count: int) -> np.ndarray:
-    """A basis that minds high frequencies more: columns shorter than one."""
+    """Return a soft basis (F, K), whose columns get shorter with increasing frequency."""
     return cosines(frames, count) / np.sqrt(1.0 + (np.arange(count) / 6.0) ** 6)
 
 
 def seen(cameras: np.ndarray, chi: np.ndarray, parents: np.ndarray) -> tuple[RayHits, np.ndarray]:
-    """Candidates of a limb, and the signs of the truth."""
+    """Return the candidate positions of a limb, and the depth signs of the ground truth."""
     hits = ray_sphere(
         cameras, project_by_matrix(cameras, parents + chi), parents, float(np.linalg.norm(chi, axis=1).max())
     )
@@ -53,7 +55,7 @@ def seen(cameras: np.ndarray, chi: np.ndarray, parents: np.ndarray) -> tuple[Ray
 
 @given(seed=seeds, away=st.floats(1.1, 50.0))
 def test_the_angle_at_the_camera_is_that_of_the_printed_formula(seed: int, away: float) -> None:
-    """Against the angle between the camera's lines to the parent and to the limb's end."""
+    """The angle alpha at the camera equals the angle between the lines from the camera to both ends of the limb."""
     chi = np.random.default_rng(seed).standard_normal((9, 3))
     chi /= np.linalg.norm(chi, axis=1, keepdims=True)
     axis = np.tile([0.0, away, 0.0], (9, 1))
@@ -92,7 +94,9 @@ def test_outside_is_the_part_in_the_null_space(
 
 @given(seed=seeds, frames=st.integers(3, 30), data=st.data())
 def test_outside_a_soft_basis_is_what_a_ridge_leaves(seed: int, frames: int, data: st.DataObject) -> None:
-    """c^T (I - B B^T) c = min over a of |c - Theta a|^2 + a^T Lambda a: the stacked problem solved as it stands."""
+    """The norm outside a soft basis equals the residual of ridge regression: c^T (I - B B^T) c = min |c - Theta a|² +
+    a^T Lambda a.
+    """
     count = data.draw(st.integers(1, frames - 1))
     c = np.random.default_rng(seed).standard_normal((frames, 3))
     theta, ridge = cosines(frames, count), (np.arange(count) / 6.0) ** 6
@@ -107,7 +111,7 @@ def test_outside_a_soft_basis_is_what_a_ridge_leaves(seed: int, frames: int, dat
 
 
 def test_a_small_part_outside_is_not_lost_in_rounding() -> None:
-    """A billionth of the trajectory: |c|^2 - |B^T c|^2 would leave nothing of it."""
+    """A component outside the basis that is a billionth of the trajectory is not lost to rounding errors."""
     basis = cosines(50, 10)
     inside, beyond = basis @ np.ones(10), 1e-9 * cosines(50, 20)[:, 15]
     assert outside(basis, inside + beyond) == pytest.approx(1e-9, rel=1e-6)
@@ -159,7 +163,9 @@ def test_the_truth_and_the_impostor_change_places_with_the_signs() -> None:
 
 
 def test_a_shaking_camera_makes_limbs_reconstructible_and_a_still_one_does_not() -> None:
-    """Medians over limbs whose parents move smoothly: a smooth moving camera stands in between."""
+    """A shaking camera gives a high median reconstructibility, a still camera a low one, and a smoothly moving one lies
+    between.
+    """
     basis = cosines(60, 12)
     medians = []
     for path in ("still", "moving", "shaking"):
@@ -183,7 +189,7 @@ def test_a_shaking_camera_makes_limbs_reconstructible_and_a_still_one_does_not()
 
 @given(seed=seeds, distance=st.floats(1.5, 50.0))
 def test_the_angle_is_that_of_the_printed_formula(seed: int, distance: float) -> None:
-    """alpha = atan(sin gamma / (l + cos gamma)), with the radius as the unit, at truth and impostor alike."""
+    """The angle at the camera equals the printed alpha = atan(sin gamma / (l + cos gamma)) for both candidates."""
     generator = np.random.default_rng(seed)
     camera = still(9, target=np.zeros(3), distance_mm=300.0 * distance)
     chi = angular_limb(generator, 9, length_mm=300.0).relative
@@ -214,7 +220,7 @@ def test_the_printed_angle_tends_to_one_far_from_the_camera() -> None:
 
 @given(seed=seeds, dimensions=st.sampled_from([0, 3]))
 def test_the_printed_identity_holds_for_any_choice(seed: int, dimensions: int) -> None:
-    """[16] by least squares, [17] written out with a matrix of choices, [18] with both parts of each."""
+    """The equations 16, 17 and 18 of the paper agree for random choices of candidates."""
     generator = np.random.default_rng(seed)
     basis = cosines(20, 5)
     truth, impostor = generator.standard_normal((2, 20, dimensions) if dimensions else (2, 20))
@@ -238,7 +244,7 @@ def test_the_printed_identity_holds_for_any_choice(seed: int, dimensions: int) -
 
 
 def test_a_truth_inside_the_basis_is_the_only_choice_without_a_residual() -> None:
-    """The paper's limit: no part of the truth outside, so the choices have to vanish; all 2^10 of them tried."""
+    """If the truth lies in the basis, only the true choice of candidates has no residual, among all 2^10 choices."""
     generator = np.random.default_rng(0)
     basis = cosines(10, 3)
     truth = basis @ generator.standard_normal((3, 3))

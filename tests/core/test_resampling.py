@@ -1,4 +1,4 @@
-"""Interpolation is linear between samples, keeps them, and stays within the sequence."""
+"""Tests of interpolation: linear between samples, exact at samples, and limited to the sequence."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ lengths = st.integers(1, 9)
 
 
 def drawn(seed: int, samples: int, shape: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """A sequence, and positions within it, the ends and a whole one among them."""
+    """Return a random sequence, and positions within it that include both ends and a whole number."""
     generator = np.random.default_rng(seed)
     last = samples - 1
     inside = np.concatenate([[0, last, last // 2], generator.uniform(0, last, 7)])

@@ -1,4 +1,4 @@
-"""Rigid motion of clusters: against scipy's own alignment, through gaps, and which points belong together."""
+"""Tests of rigid motion: against SciPy's alignment, with gaps, and in the detection of clusters."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def test_points_on_a_line_fix_no_turn_about_it() -> None:
 
 
 def test_points_of_one_segment_are_one_cluster() -> None:
-    """Two segments about a hinge; the point at the hinge keeps its distances to both, and may be of either."""
+    """The points of two segments with a common hinge form two clusters."""
     random = np.random.default_rng(3)
     upper, lower = random.normal(scale=50, size=(2, 4, 3)) + np.array([[[0, 0, 200]], [[0, 0, -200]]])
     bend = Rotation.from_rotvec(np.linspace(-0.6, 0.6, 40)[:, None] * [1.0, 0, 0])

@@ -1,4 +1,4 @@
-"""Statistics of angles, and Spearman's correlation against Pearson's of ranks counted one by one."""
+"""Tests of circular statistics and of Spearman's rank correlation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The trajectory basis: the printed sums of cosines, the best fit to observed frames, and the choice of K."""
+"""Tests of the trajectory basis: the printed cosines, the best fit to observed frames, and the number of components."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tests.strategies import seeds
 def imputed(
     theta: np.ndarray, observed: np.ndarray, values: np.ndarray, *, ridge: np.ndarray | None = None
 ) -> np.ndarray:
-    """The fitted trajectory at all frames."""
+    """Return the fitted trajectory in all frames."""
     return np.asarray(theta @ basis.coefficients(theta, observed, values, ridge=ridge))
 
 
@@ -43,7 +43,7 @@ def test_the_basis_of_a_long_sequence_is_orthonormal_to_rounding() -> None:
 def test_the_quadratic_form_of_the_observed_frames_is_the_error_of_the_best_fit(
     seed: int, frames: int, soft: bool, data: st.DataObject
 ) -> None:
-    """Against SciPy's transform for the trajectory and least squares for its coefficients."""
+    """The residual in the observed frames equals that of least squares on SciPy's cosine transform."""
     generator = np.random.default_rng(seed)
     components = data.draw(st.integers(1, frames // 2))
     theta = idct(np.eye(frames, components), type=2, norm="ortho", axis=0)

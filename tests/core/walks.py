@@ -1,4 +1,4 @@
-"""Clips of walkers whose frequency, phase and treadmill equivalent are known."""
+"""Clips of synthetic walkers with known frequency, phase and treadmill equivalent."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ LEFT_HIP, RIGHT_HIP = WALKER15.index("left_hip"), WALKER15.index("right_hip")
 
 @dataclass(frozen=True)
 class Clip:
-    """An overground clip with its answer: what a treadmill would have shown, and where the walk is steady."""
+    """A synthetic overground clip with its true treadmill equivalent and its true steady frames."""
 
     positions: np.ndarray
     treadmill: np.ndarray
@@ -28,13 +28,13 @@ class Clip:
 def clip(
     coefficients: np.ndarray, frequency_hz: float, rate_hz: float, cycles: float, phase_rad: float = 0.0
 ) -> np.ndarray:
-    """Positions of a walker, begun at a phase of the cycle."""
+    """Return the positions of a walker over a number of cycles, starting at a given phase."""
     times = np.arange(int(np.ceil(cycles / frequency_hz * rate_hz))) / rate_hz
     return fourier.synthesise(coefficients, frequency_hz, times + phase_rad / (2 * np.pi * frequency_hz))
 
 
 def turned(positions: np.ndarray, angle: float | np.ndarray) -> np.ndarray:
-    """Positions (T, J, 3) turned about the vertical, each frame by its angle."""
+    """Return positions (T, J, 3) rotated about the vertical axis, by one angle or by one angle for each frame."""
     c, s = np.cos(angle), np.sin(angle)
     if np.ndim(angle):
         c, s = c[:, None], s[:, None]
@@ -53,7 +53,7 @@ def overground(
     backwards: bool = False,
     excursion: float = 1.0,
 ) -> Clip:
-    """Return a person who stands, sets off along a curve, may stop for a while on the way, walks on, and stands.
+    """Return a clip of a person who stands, walks along a curve, may stop once, and stands again.
 
     The legs' phase and excursion follow the speed, so that who stands has both feet together.
     """

@@ -1,4 +1,4 @@
-"""Fetching: from a mirror or a server on this machine, checked, and never outside its folder."""
+"""Tests of downloads from a mirror or a local server: files are checked, and written only inside the target folder."""
 
 import csv
 import errno
@@ -25,7 +25,7 @@ OTHER = b"Joint;x;y;z\n" * 100
 
 
 class Server(ThreadingHTTPServer):
-    """Serves `files`, keeps the requests, and misbehaves where `manners` says so."""
+    """Web server for `files` that records the requests, and misbehaves for the paths in `manners`."""
 
     daemon_threads = True
 
@@ -43,7 +43,7 @@ class Handler(BaseHTTPRequestHandler):
     server: Server
 
     def log_message(self, *_: Any) -> None:
-        """Stay quiet."""
+        """Suppress the server's log messages."""
 
     def do_GET(self) -> None:
         path = self.path.lstrip("/")
@@ -88,7 +88,7 @@ def _no_proxy(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def direct(request: urllib.request.Request, *, timeout: float) -> Any:
-    """The project's own opener, patient enough for a busy machine."""
+    """Open an address with the project's own function and a longer time limit."""
     return open_http(request, timeout=max(timeout, WAIT_S))
 
 
@@ -97,7 +97,7 @@ def no_network(*_: Any, **__: Any) -> Any:
 
 
 class Case:
-    """A table of one or more files, and folders to fetch into."""
+    """Table of files to fetch, with a mirror folder and a target folder."""
 
     def __init__(self, folder: Path) -> None:
         self.folder, self.raw, self.mirror = folder, folder / "raw", folder / "mirror"

@@ -1,4 +1,4 @@
-"""The contract of every reader, one correct file of each format, and ways to damage a file."""
+"""Requirements on the result of every file reader, one correct file of each format, and functions that damage files."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from pipeline.skeleton.source_mapping import SourceMapping
 ROOT = Path(__file__).parents[2]
 FIXTURES = ROOT / "tests" / "fixtures"
 READABLE = sorted(p for p in FIXTURES.iterdir() if p.suffix in READERS)
-"""Files that are read without complaint; the skeleton of the AMC file is in the same folder."""
+"""Files that can be read without an error; the skeleton of the AMC file is in the same folder."""
 
 
 def check_contract(motion: MotionCapture) -> None:
-    """Fail unless the shapes, names, gaps and rate of a recording fit each other."""
+    """Assert that shapes, names, gaps and frame rate of a recording are consistent."""
     frames, points = motion.valid.shape
     assert motion.positions_mm.shape == (frames, points, 3)
     assert motion.positions_mm.dtype == np.float64
@@ -35,19 +35,19 @@ def check_contract(motion: MotionCapture) -> None:
 
 
 def replace(path: Path, old: str, new: str) -> None:
-    """Replace exactly one occurrence, so that no test passes because nothing was changed."""
+    """Replace a text that occurs exactly once in a file, so that no test passes on an unchanged file."""
     text = path.read_bytes().decode()
     assert text.count(old) == 1
     path.write_bytes(text.replace(old, new).encode())
 
 
 def source_mapping(name: str) -> SourceMapping:
-    """The mapping of ``conf/skeleton/<name>.yaml``, the test's own copy."""
+    """Return a copy of the mapping ``conf/skeleton/<name>.yaml``, which the test may change."""
     return copy.deepcopy(shipped()[name])
 
 
 def recording(names: tuple[str, ...], positions_mm: np.ndarray) -> MotionCapture:
-    """A recording (T, P, 3) of points in millimetres at 120 Hz."""
+    """Return a recording of points (T, P, 3), mm, at 120 Hz."""
     return MotionCapture(
         names=names,
         positions_mm=positions_mm,

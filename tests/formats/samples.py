@@ -1,4 +1,4 @@
-"""A correct file for every reader of the registries, motion, keypoints and the model, and ways to damage it."""
+"""Correct files for every reader of recordings, keypoints and models, and functions that damage them."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ Damage = Callable[[bytes, np.random.Generator], bytes]
 
 @dataclass(frozen=True)
 class Sample:
-    """A correct file: its bytes and those of its neighbours, the one that is damaged, and the reader."""
+    """Correct file with the files that belong to it, the name of the file to damage, and the reader."""
 
     name: str
     files: dict[str, bytes]
@@ -40,7 +40,7 @@ class Sample:
     damage: Damage
 
     def copy(self, folder: Path, seed: int) -> tuple[Path, int]:
-        """Write a copy that is damaged and return the path to be read and the bytes there; whole if `seed` is -1."""
+        """Write a damaged copy (undamaged if `seed` is -1); return the path to read and the total size, bytes."""
         rng = np.random.default_rng(max(seed, 0))
         files = dict(self.files)
         if seed >= 0:
@@ -54,7 +54,7 @@ class Sample:
 
 
 def text(original: bytes, rng: np.random.Generator) -> bytes:
-    """Bytes changed, cut out, put in, pieces repeated or the end lost."""
+    """Return text with bytes changed, removed, inserted or repeated, or with its end missing."""
     copy = bytearray(original)
     for _ in range(rng.integers(1, 3)):
         at = int(rng.integers(len(copy) + 1))
@@ -75,7 +75,7 @@ def text(original: bytes, rng: np.random.Generator) -> bytes:
 
 
 def c3d(original: bytes, rng: np.random.Generator) -> bytes:
-    """Bytes and words mostly where the counts and the parameters are; a piece or the end lost."""
+    """Return a C3D file with damage mainly to its header and parameters, or with a missing section or end."""
     data = np.frombuffer(original, dtype=np.uint8).copy()
     reach = data.size if rng.random() < 0.3 else 1536
     begin = int(rng.integers(0, reach - 64))
@@ -100,7 +100,7 @@ def c3d(original: bytes, rng: np.random.Generator) -> bytes:
 
 
 def npy(original: bytes, rng: np.random.Generator) -> bytes:
-    """The bytes, or what the header says of type and shape."""
+    """Return an NPY file with damaged bytes, or with a changed type or shape in its header."""
     if rng.random() < 0.4:
         return text(original, rng)
     stream = io.BytesIO(original)
@@ -129,7 +129,7 @@ def npy(original: bytes, rng: np.random.Generator) -> bytes:
 
 
 def npz(original: bytes, rng: np.random.Generator) -> bytes:
-    """The archive's bytes, or those of an array in it, under a checksum that is right; an array may be lost."""
+    """Return an NPZ file with damaged bytes, with one damaged array and a matching checksum, or without an array."""
     if rng.random() < 0.2:
         return text(original, rng)
     with zipfile.ZipFile(io.BytesIO(original)) as archive:
@@ -147,7 +147,7 @@ def npz(original: bytes, rng: np.random.Generator) -> bytes:
 
 
 def json_tree(original: bytes, rng: np.random.Generator) -> bytes:
-    """The text, or one value of the tree by another, of any kind."""
+    """Return JSON with damaged text, or with one value replaced by a value of any type."""
     if rng.random() < 0.4:
         return text(original, rng)
     tree = [json.loads(original)]
@@ -170,7 +170,7 @@ def json_tree(original: bytes, rng: np.random.Generator) -> bytes:
 
 
 DAMAGE: dict[str, Damage] = {".c3d": c3d, ".npz": npz, ".npy": npy, ".json": json_tree}
-"""Ways to damage a file by its suffix; text otherwise."""
+"""Damage function for each file suffix; all other files are damaged as text."""
 
 
 def packed(**arrays: object) -> bytes:
@@ -254,7 +254,7 @@ def _keypoints() -> list[Sample]:
 
 
 def _sealed(manifest: bytes, data: bytes) -> bytes:
-    """Return a manifest of the model with the digest of its arrays and a right seal; return invalid JSON unchanged."""
+    """Return a model's manifest with a matching digest and a valid seal; invalid JSON is returned unchanged."""
     with suppress(ValueError, TypeError):
         facts = json.loads(manifest)
         digest = hashlib.sha256(data).hexdigest()

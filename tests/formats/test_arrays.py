@@ -1,4 +1,4 @@
-"""NPZ files: exported files are read, other content is rejected, and nothing is run or unpacked without end."""
+"""Tests of NPZ files: exported files are read, other content is rejected, and no code is executed."""
 
 from __future__ import annotations
 

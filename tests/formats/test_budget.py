@@ -1,4 +1,4 @@
-"""Files that would ask for far more memory or time than their size: they are rejected before that memory is taken."""
+"""Tests that files which declare far larger data than they contain are rejected before the memory is allocated."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def bone(k: int) -> str:
 def refused(
     path: Path, code: str, where: str = "", read: Callable[[Path], object] = formats.read, **values: object
 ) -> None:
-    """Fail unless a file is rejected with this code, and within the budget that its size gives it."""
+    """Assert that a file is rejected with this code, and with memory in proportion to its size."""
     size = sum(file.stat().st_size for file in (path.iterdir() if path.is_dir() else [path]))
     tracemalloc.start()
     try:
@@ -108,7 +108,7 @@ def test_the_budget_follows_what_was_read_of_the_clip(tmp_path: Path) -> None:
 
 
 def archive(path: Path, **headers: tuple[str, tuple[int, ...]]) -> None:
-    """Write an NPZ file of arrays that declare a type and a shape and hold a thousand zeros."""
+    """Write an NPZ file whose arrays have the declared types and shapes but only a thousand zero bytes."""
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as packed:
         for name, (dtype, shape) in headers.items():
             head = io.BytesIO()

@@ -1,4 +1,4 @@
-"""One contract for every reader: accepted files, rejected files, and the words of the errors."""
+"""Tests that all file readers meet the same requirements: accepted files, rejected files, and error messages."""
 
 from __future__ import annotations
 

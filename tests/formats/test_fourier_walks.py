@@ -1,4 +1,4 @@
-"""Walks stored as Fourier series: average walkers in JavaScript, JSON and MAT files, and ``mm`` files."""
+"""Tests of walks that are stored as Fourier series: average walkers in JavaScript, JSON, MAT and ``mm`` files."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ MEAN, AXES = made_up_walker.walker()
 
 
 def coefficients(blocks: np.ndarray) -> np.ndarray:
-    """Coefficients (5, 15, 3) of blocks (5, 46), number by number."""
+    """Return the coefficients (5, 15, 3) of a walker in the file layout (5, 46)."""
     return np.array([[[block[15 * x + j] for x in range(3)] for j in range(15)] for block in blocks])
 
 
 def in_our_frame(gender: float) -> np.ndarray:
-    """A synthetic walker (5, 15, 3) about its mean pelvis, whose steps lead along y."""
+    """Return a synthetic walker (5, 15, 3), relative to its mean pelvis position and walking along y."""
     ours = made_up_walker.synthetic_walker(gender)[0].copy()
     ours[0] -= ours[0, WALKER15.index("pelvis")]
     return walking.turn_about_vertical(ours, -walking.step_heading(ours))
@@ -135,7 +135,7 @@ def test_keypoints_in_json_are_told_where_to_go(tmp_path: Path) -> None:
 
 
 def test_an_mm_file_by_hand(tmp_path: Path) -> None:
-    """One marker that swings 20 mm forwards and 3 mm up, twice a stride."""
+    """An mm file with one marker that moves 20 mm forwards and 3 mm up twice per stride is read correctly."""
     path = tmp_path / "a.mm"
     path.write_text("100 0 20 0 0\n0,0,0,0,0\n900 0 0 3 0\n\n60 1.5 10 0 0\n", "utf-8")
     motion = formats.read(path)
@@ -196,7 +196,7 @@ MAT_ORDER = (
 
 
 def matrix(gender: float) -> np.ndarray:
-    """A synthetic walker (45, 5) in the MAT file's layout, x to the right and y forwards as ours."""
+    """Return a synthetic walker (45, 5) in the layout of the MAT file, with x to the right and y forwards."""
     walker = made_up_walker.synthetic_walker(gender)[0]
     return np.array([[block[WALKER15.index(j), x] for block in walker] for x in range(3) for j in MAT_ORDER])
 
@@ -228,7 +228,7 @@ def test_a_mat_file_without_walkers_or_with_one_that_is_no_number_is_refused(tmp
 
 
 def author_file(name: str) -> Path:
-    """A file of the author's in the mirror, in its folder or in one of its name; skips the test where there is none."""
+    """Return the path of an author's file in the folder of public recordings; skip the test if it is missing."""
     mirrors = [Path(folder) for folder in os.environ.get("MOCAP_MIRROR", "").split(os.pathsep) if folder]
     result = [
         path for folder in mirrors for path in (folder / name, folder / "author" / name) if path.is_file()

@@ -1,4 +1,4 @@
-"""MAT files: trials of Qualisys Track Manager are read, other content is rejected in a sentence."""
+"""Tests of MAT files: trials of Qualisys Track Manager are read, and other content is rejected with a message."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ DATA = np.arange(1.0, 17.0).reshape(2, 4, 2)
 
 
 def trial(data: np.ndarray = DATA, **others: Any) -> dict[str, Any]:
-    """Return an export of QTM: cells of labels; x, y, z and residual of each by frame; structs of force plates."""
+    """Return an export of QTM as nested arrays: labels, trajectories with residuals, and force plates."""
     labels, force = (
         np.empty((1, 2), object),
         np.zeros((1, 2), dtype=[("ForcePlateName", object), ("Force", object)]),
@@ -114,7 +114,7 @@ def test_what_is_no_trial_is_refused(
 
 
 def toolbox(positions: np.ndarray, names: list[str], rate: float = 120.0) -> dict[str, Any]:
-    """Return a struct of the MoCap Toolbox."""
+    """Return a motion-capture struct of the MoCap Toolbox."""
     labels = np.empty((len(names), 1), object)
     labels[:, 0] = names
     return {
@@ -154,7 +154,7 @@ def test_several_structs_of_the_mocap_toolbox_are_several_people(tmp_path: Path)
 
 @pytest.mark.parametrize("form", ["(T, 3)", "(3, T)", "(4, T)", "fields"])
 def test_one_matrix_for_each_marker(form: str, tmp_path: Path) -> None:
-    """Other matrices, and those of another length, are left out; a rate next to them is used."""
+    """MAT files with one matrix per marker are read with their frame rate, and other matrices are ignored."""
     positions = np.random.default_rng(1).normal(0.0, 0.5, (7, 3, 3))
     points = dict(zip(("LASI", "RASI", "SACR"), positions.swapaxes(0, 1), strict=True))
     if form in ("(3, T)", "(4, T)"):

@@ -1,4 +1,4 @@
-"""Damaged copies of files of every reader: each is read or refused within its budget, and nothing else happens."""
+"""Tests with damaged copies of files for every reader: each is read or rejected within limits of time and memory."""
 
 from __future__ import annotations
 

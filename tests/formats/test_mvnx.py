@@ -1,4 +1,4 @@
-"""The reader of MVNX files: segments, frames of poses, cuts and what XML could do besides."""
+"""Tests of the MVNX reader: segments, poses, truncated files, and XML features that would be harmful."""
 
 from __future__ import annotations
 

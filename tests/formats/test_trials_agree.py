@@ -1,4 +1,4 @@
-"""Trials that exist twice, as markers (C3D) and as a fitted skeleton (ASF/AMC), give the same walker.
+"""Tests that trials available as markers (C3D) and as a fitted skeleton (ASF/AMC) give the same walker.
 
 The laboratory fitted the skeleton to these very markers, so the joints that our two mappings derive from
 either must lie within a hand's breadth, and nearer where the mapping does more than take a marker as it is.
@@ -32,7 +32,7 @@ MEASURED_MM = {
 
 
 def turned_onto(moved: np.ndarray, target: np.ndarray) -> tuple[np.ndarray, float]:
-    """`moved` (T, J, 3) after the yaw and translation that bring it nearest to `target`; the yaw (rad)."""
+    """Return `moved` (T, J, 3) aligned with `target` by yaw and translation, and the yaw angle, radians."""
     observed = np.isfinite(moved).all(axis=-1) & np.isfinite(target).all(axis=-1)
     centre_m, centre_t = moved[observed].mean(axis=0), target[observed].mean(axis=0)
     m, t = (moved - centre_m)[observed][:, :2], (target - centre_t)[observed][:, :2]
@@ -73,7 +73,7 @@ def test_markers_and_skeleton_agree(trial: str) -> None:
 
 @pytest.mark.parametrize("name", MAPPINGS)
 def test_the_mappings_are_symmetric_and_complete(name: str) -> None:
-    """Left and right are treated alike, so no side is mixed up; each joint has a rule of weight one."""
+    """Every mapping treats left and right alike, and gives every joint a rule with weights that sum to one."""
     mapping = source_mapping(name)
     assert mapping.name == name
     other = {joint: WALKER15.joints[m] for joint, m in zip(WALKER15.joints, WALKER15.mirror, strict=True)}
@@ -85,7 +85,7 @@ def test_the_mappings_are_symmetric_and_complete(name: str) -> None:
         return point if point in ("CLAV", "C7", "PELO", "HEDO", "SACR") else swap[point[0]] + point[1:]
 
     def ways(rules: Mapping[str, Any], joint: str) -> list[dict[str, float]]:
-        """Return the ways to a joint in their order; a single way need not be in a list."""
+        """Return the alternative rules of a joint in their order of preference."""
         result = rules.get(joint, [])
         return [result] if isinstance(result, dict) else list(result)
 
@@ -127,7 +127,7 @@ def test_plug_in_gait_recordings_become_children() -> None:
 
 @pytest.mark.skipif(not os.environ.get("MOCAP_MIRROR"), reason="needs the recordings: set MOCAP_MIRROR")
 def test_the_markers_alone_come_near_the_model() -> None:
-    """Rules under `otherwise` against the model's segment origins: the distances that the file states."""
+    """Joints from the fallback rules of plugin_gait lie at the documented distances from its model's joint centres."""
     mapping = source_mapping("plugin_gait")
     markers_only = source_mapping("plugin_gait")
     markers_only.joints = {joint: mapping.joints[joint] for joint in ("head", "sternum")}

@@ -1,4 +1,4 @@
-"""Public recordings as people have them, in the folder WILD_RECORDINGS: each is read, or refused with what to do."""
+"""Tests with public recordings in the folder WILD_RECORDINGS: each is read, or rejected with advice."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ EXPECTED = {
     "theia_rotations_only.c3d": "theia",
     "truncated_qualisys_names.trc": "ior",
 }
-"""The mapping that fits each file; none where legs are not in it."""
+"""Expected mapping of each file, or an empty string for files without legs."""
 
 
 @pytest.mark.parametrize("name", EXPECTED)

@@ -1,4 +1,4 @@
-"""The second author's walkers: found by address and sha256, as clips, and refused where many people are needed."""
+"""Tests of the walkers of zhang2007's second author: their files are verified by sha256 and used as clips."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from tests.rejects import rejects
 
 @pytest.fixture(scope="module")
 def contents(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
-    """Made-up files by their paths in the table."""
+    """Made-up contents of the author's files, by the paths in the table of sources."""
     path = tmp_path_factory.mktemp("mat") / "walkers.mat"
     savemat(path, {"F": matrix(-1.0), "M": matrix(1.0)})
     texts = (made_up_walker.javascript(), made_up_walker.as_json())
@@ -40,7 +40,7 @@ def contents(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
 
 
 def table(folder: Path, contents: Mapping[str, bytes], address: str = "") -> str:
-    """A table that lists the files, at an address."""
+    """Write a table of sources that lists the files, with an address for download; return its path."""
     rows = ["path,source,bytes,sha256,address,origin,terms"]
     for path, content in contents.items():
         sha256 = hashlib.sha256(content).hexdigest()
@@ -50,7 +50,7 @@ def table(folder: Path, contents: Mapping[str, bytes], address: str = "") -> str
 
 
 def put(folder: Path, contents: Mapping[str, bytes]) -> None:
-    """Write the files below a folder."""
+    """Write the given files into a folder."""
     for path, content in contents.items():
         (folder / path).parent.mkdir(parents=True, exist_ok=True)
         (folder / path).write_bytes(content)
@@ -58,11 +58,11 @@ def put(folder: Path, contents: Mapping[str, bytes]) -> None:
 
 @pytest.fixture
 def served(contents: dict[str, bytes]) -> Iterator[str]:
-    """Address of a server on this machine that has the files."""
+    """Address of a local web server that offers the files."""
 
     class Handler(BaseHTTPRequestHandler):
         def log_message(self, *_: Any) -> None:
-            """Stay quiet."""
+            """Suppress the server's log messages."""
 
         def do_GET(self) -> None:
             body = contents.get(self.path.lstrip("/"), b"")
@@ -173,7 +173,7 @@ def test_figures_of_many_people_are_left_out_and_say_so(data: AuthorData, corpus
 
 
 def test_the_authors_files_are_those_that_are_listed() -> None:
-    """In the mirror: of the size and sha256 that the table has."""
+    """The author's files in the folder of public recordings have the listed sizes and sha256."""
     for name in ("bmwalker.json", "walkers.mat"):
         path = author_file(name)
         listed = AVERAGE[1] if name.endswith("json") else MEANS[0]

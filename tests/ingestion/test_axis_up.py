@@ -1,4 +1,4 @@
-"""The axis that points up: the data decide, a mapping's own breaks ties, and the user's word counts before both."""
+"""Tests of the upward axis: the user's option has priority, then the data, then the axis of the mapping."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ HEAD, PELVIS = WALKER15.index("head"), WALKER15.index("pelvis")
 
 @pytest.fixture(scope="module")
 def person() -> np.ndarray:
-    """Joints (T, 15, 3) of a walker, mm, z up."""
+    """Joints (T, 15, 3), mm, of a walker, with z up."""
     people = walking_population(np.random.default_rng(3), male=1, female=0, duration_s=4.0, frame_rate_hz=HZ)
     joints = np.asarray(people.positions_mm[0])
     joints[:, PELVIS] = joints[:, [9, 12]].mean(axis=1)  # as the mapping has it
@@ -37,7 +37,7 @@ def person() -> np.ndarray:
 
 
 def cmu_bvh(path: Path, person: np.ndarray, cycled: int) -> Path:
-    """A BVH with the names of CMU, y up, or with its axes cycled once (z up) or twice."""
+    """Write a BVH file with CMU's joint names and y up, or with cyclically exchanged axes."""
     joints = dict(zip(WALKER15.joints, np.moveaxis(person, 1, 0), strict=True))
     points = {"Hips": joints["pelvis"], "LowerBack": joints["pelvis"], "Spine": joints["sternum"]}
     points |= {"Spine1": joints["sternum"], "Neck1": joints["sternum"], "Head_end": joints["head"]}

@@ -1,4 +1,4 @@
-"""Recordings that a data set names: found where they lie, read once, refused by name if they are not those listed."""
+"""Tests of a data set's recordings: they are found, read once, and rejected if they are not the listed files."""
 
 from __future__ import annotations
 
@@ -28,26 +28,26 @@ FILES = {
     "cmu/02/02.asf": "asf_by_hand.asf",
     "zoo/a.c3d": "c3d_intel_reals.c3d",
 }
-"""Listed files, and the fixtures that they are copies of."""
+"""Fixture from which each listed file is copied."""
 
 
 @pytest.fixture
 def listing(tmp_path: Path) -> Listing:
-    """The table of `FILES` before any of them exists."""
+    """Table that lists `FILES` before these files exist."""
     contents = {name: (FIXTURES / fixture).read_bytes() for name, fixture in FILES.items()}
     table = write_table(tmp_path / "sources.csv", contents)
     return Listing(table, tmp_path / "raw", [tmp_path / "mirror"], {"walker15": OWN_JOINTS})
 
 
 def lay_out(folder: Path) -> None:
-    """Copy the listed files to where they belong."""
+    """Copy the listed files to their paths below a folder."""
     for name, fixture in FILES.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(FIXTURES / fixture, folder / name)
 
 
 def spoil(path: Path) -> str:
-    """Change one byte, keep the size, and return the sha256 that the file has then."""
+    """Change one byte of a file without changing its size, and return its new sha256."""
     content = bytearray(path.read_bytes())
     content[-1] ^= 1
     changed = path.stat().st_mtime_ns + 1_000_000_000
@@ -158,7 +158,7 @@ PEOPLE = st.lists(st.sampled_from("abc"), max_size=12)
 
 
 def clips_of(people: list[str]) -> list[Clip]:
-    """One clip for each name, numbered."""
+    """Return one numbered clip for each person's name in the list."""
     return [Clip(str(n), who, "folder", "", None, "", OWN_JOINTS, 0.0, "") for n, who in enumerate(people)]
 
 

@@ -1,4 +1,4 @@
-"""Data sets: which clips of each kind they name, what they lack, and what the clips depend on."""
+"""Tests of data sets: the requested clips of each kind, missing recordings, and the inputs that clips depend on."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ HERE = ("second", "first")
 
 @pytest.fixture
 def listed(tmp_path: Path) -> RecordedData:
-    """Four listed recordings; two of them are on this machine."""
+    """Data set with four listed recordings, two of which exist on this machine."""
     names = [f"{trial}.trc" for trial in ("gone_b", "second", "gone_a", "first")]
     (tmp_path / "raw").mkdir()
     for trial in HERE:
@@ -41,7 +41,7 @@ def request(data: Any, corpus: Corpus, *, seed: int = 1, workers: int = 1) -> Re
 
 
 def names(made: Request) -> list[str]:
-    """Clips that are asked for."""
+    """Return the names of the requested clips."""
     return [clip["name"].removesuffix(".trc") for clip in made.options["clips"]]
 
 

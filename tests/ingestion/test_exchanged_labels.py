@@ -1,4 +1,4 @@
-"""Left and right points that change places in some frames are exchanged back; others are left as they are."""
+"""Tests that exchanged left and right points are detected and exchanged back, and correct points are unchanged."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A proposed mapping finds joints by where points are over the clip: of walkers whose names say little or nothing."""
+"""Tests of proposed mappings, which find joints by the positions of points if their names do not help."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ LIMBS = [joint for joint in WALKER15.joints if "_" in joint]
 
 @pytest.fixture(scope="module")
 def people() -> np.ndarray:
-    """Walks that are not part of the average walker, (4, T, 15, 3), mm."""
+    """Walks (4, T, 15, 3), mm, of people who do not contribute to the average walker."""
     output = walkers.walking_population(
         np.random.default_rng(5), male=2, female=2, duration_s=3.0, frame_rate_hz=HZ
     )
@@ -36,7 +36,7 @@ def recorded(names: list[str], positions: np.ndarray) -> MotionCapture:
 
 
 def found(motion: MotionCapture) -> dict[str, list[str]]:
-    """Points of each joint that is proposed."""
+    """Return the points of each joint in the proposed mapping."""
     mapping = propose(motion, "my_lab")
     assert set(mapping.guessed) == set(mapping.joints)
     return {joint: list(rule) for joint, rule in mapping.joints.items()}
@@ -77,7 +77,7 @@ def test_sides_alone_are_enough(people: np.ndarray, person: int, order: list[int
 
 
 def test_legs_alone_are_not_taken_for_a_whole_body(people: np.ndarray) -> None:
-    """By heights alone the hips, the highest points there are, would be the head's."""
+    """In a recording of the legs only, the hips are not proposed as the head, although they are the highest points."""
     legs = range(8, 15)
     names = ["M", "L_a", "L_b", "L_c", "R_a", "R_b", "R_c"]
     described = found(recorded(names, people[0][:, list(legs)]))
@@ -89,7 +89,7 @@ def test_legs_alone_are_not_taken_for_a_whole_body(people: np.ndarray) -> None:
 def test_a_marker_that_is_called_after_a_segment_is_a_joint_at_its_upper_end_alone(
     people: np.ndarray,
 ) -> None:
-    """A shank's marker in the middle of the shank is no knee; a condyle is, by whatever name."""
+    """A marker named after the shank but placed at mid-shank is not proposed as the knee."""
     names = [joint.replace("knee", "m") for joint in WALKER15.joints]
     shanks = (people[1][:, [10, 13]] + people[1][:, [11, 14]]) / 2
     motion = recorded([*names, "left_shank", "right_shank"], np.concatenate([people[1], shanks], axis=1))
@@ -98,7 +98,7 @@ def test_a_marker_that_is_called_after_a_segment_is_a_joint_at_its_upper_end_alo
 
 
 def test_a_name_that_lies_far_from_its_joint_is_not_believed(people: np.ndarray) -> None:
-    """A point called a knee in front of the body at the height of the pelvis is no knee; the nameless one is."""
+    """A point named as a knee but far in front of the body is not proposed as the knee."""
     names = [joint.replace("knee", "m") for joint in WALKER15.joints]
     astray = np.stack([people[1][:, 8] + [side, 900.0, 100.0] for side in (-100.0, 100.0)], axis=1)
     motion = recorded([*names, "left_knee", "right_knee"], np.concatenate([people[1], astray], axis=1))
@@ -108,7 +108,7 @@ def test_a_name_that_lies_far_from_its_joint_is_not_believed(people: np.ndarray)
 
 
 def xsens(person: np.ndarray, *more: str) -> MotionCapture:
-    """Bony landmarks of an Xsens C3D about the joints (T, 15, 3) of a walker who faces +y."""
+    """Return the bony landmarks of an Xsens C3D file for the joints (T, 15, 3) of a walker who faces +y."""
     right, forward, up = np.eye(3)
     joints = dict(zip(WALKER15.joints, np.moveaxis(person, 1, 0), strict=True))
     points = {"pHipOrigin": joints["pelvis"]}

@@ -1,4 +1,4 @@
-"""Walks of technical clusters get their knees and ankles from a standing trial; without one they are missing."""
+"""Tests of walks with marker clusters, which get knees and ankles from a standing trial."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def mapped(motion: MotionCapture) -> np.ndarray:
 def test_knees_and_ankles_are_where_the_missing_markers_would_have_shown_them(
     noise_mm: float, within_mm: float
 ) -> None:
-    """Markers of the walk itself are the truth, without noise."""
+    """Knees and ankles from the standing trial agree with those from the walk's own anatomical markers."""
     truth, _ = trials()
     walk, static = trials(noise_mm=noise_mm)
     motion = recorded(without(walk, ANATOMICAL))
@@ -62,7 +62,7 @@ def test_knees_and_ankles_are_where_the_missing_markers_would_have_shown_them(
 
 
 def test_a_marker_that_is_lost_part_of_the_time_takes_no_part_then() -> None:
-    """Three of four markers are enough; two of three give no motion, and no sample."""
+    """A cluster of four markers may lose one marker in some frames; with two markers left, the joint is missing."""
     walk, static = trials()
     fourth = {side: f"{side}.Thigh.Back" for side in "LR"}
     for points in (walk, static):
@@ -92,7 +92,7 @@ def test_a_marker_that_was_stuck_elsewhere_leaves_the_cluster() -> None:
 
 
 def test_nothing_is_carried_by_what_is_no_part_of_its_segment() -> None:
-    """Elbows hang next to the thighs, toes are near the ankles, the hips' markers near clusters of the thighs."""
+    """Markers of other segments, such as elbows, toes and pelvis, are not transferred from the standing trial."""
     walk, static = trials()
     gone = ["R.Elbow", "L.Elbow", "R.Wrist.Lat", "Sternum", "R.Toe.Tip", "L.Toe.Tip", "R.ASIS"]
     posture = recorded({name: position[:1] for name, position in static.items()})
@@ -139,7 +139,7 @@ def test_statics_are_told_by_name_by_folder_or_tried() -> None:
 
 
 def test_a_folder_of_one_static_and_two_walks_a_person_loads(tmp_path: Path) -> None:
-    """One static is found by its name, one by its lack of motion, one because it stands alone in the folder."""
+    """A static trial is recognized by its name, by its lack of motion, or as the only static trial in its folder."""
     statics = {"anna": "anna_cal.trc", "ben": "ben_3.trc", "carl": "static.trc"}
     for seed, (who, name) in enumerate(statics.items()):
         walk, static = trials(seed, noise_mm=0.4)

@@ -1,4 +1,4 @@
-"""The papers' data are as the papers have them and as the code is, and the verdict rule is honest."""
+"""Tests of the papers' data against papers and code, and of the rules for verdicts."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ JUDGED = [claim for claim in CLAIMS if claim.measure is not None]
 BASELINES = papers_loading.read_baselines(ROOT / "conf" / "paper" / papers.BASELINES)
 MEASURED = [item for paper in papers.all_papers().values() for item in paper.measured if item.measure]
 NOT_USED = ["[park2011 14]", "[park2011 15]", "[park2011 16]", "[park2011 17]", "[park2011 18]"]
-"""Equations that no result passes through."""
+"""Tags of equations that none of the results uses."""
 
 NUMBERS = {
     key: [equation.number for equation in paper.equations] for key, paper in papers.all_papers().items()
@@ -69,7 +69,7 @@ _TAG = re.compile(rf"\[({'|'.join(papers.all_papers())}) (?!(?:figure|section|ta
 
 
 class Tag(NamedTuple):
-    """An equation tag in a source text, on a line (from 1)."""
+    """Tag of an equation in a source text, with its line number (from 1)."""
 
     paper: str
     number: str
@@ -77,7 +77,7 @@ class Tag(NamedTuple):
 
 
 def find_tags(source: str) -> Iterator[Tag]:
-    """Yield the equation tags of a source text, line by line; figures and sections are not equations.
+    """Yield the equation tags of a source text, line by line, without tags of figures and sections.
 
     Several equations may share a tag, ``[zhang2007 4.1, 4.2]``, or be a range of the printed order,
     ``[zhang2007 A.1-A.5]``.  A number that the paper does not have is yielded as well.
@@ -93,12 +93,12 @@ def find_tags(source: str) -> Iterator[Tag]:
 
 
 def tag_of(equation: papers.Equation) -> str:
-    """The tag of an equation in the source, e.g. ``[zhang2007 3.15]``."""
+    """Return the tag of an equation as it appears in the source, e.g. ``[zhang2007 3.15]``."""
     return f"[{equation.paper} {equation.number}]"
 
 
 def quotes_of(explanation: papers.Explanation) -> list[str]:
-    """Names of claims and quantities that an explanation quotes from published tables; not those of its run."""
+    """Return the names of claims and quantities that an explanation quotes, without those of its sensitivity run."""
     return [n for n in papers.placeholders(explanation.text) if n != "value" and of_run(n) is None]
 
 
@@ -110,7 +110,7 @@ def by_name(items: list) -> list[object]:
 
 
 def test_the_register_holds_the_equations_of_every_paper_without_a_gap() -> None:
-    """In each section from 1 on; that the last ones are there is held by the tags in the source."""
+    """The list of each paper's equations has no gap in any section."""
     for key, numbers in NUMBERS.items():
         sections: dict[str, list[int]] = {}
         for number in numbers:
@@ -140,7 +140,7 @@ def test_every_equation_is_told_in_one_line_and_located(equation: papers.Equatio
 
 @pytest.fixture(scope="module")
 def reached() -> tuple[CallGraph, set[str]]:
-    """The graph of the package, and what the stages and the studies reach."""
+    """Return the call graph of the package, and the functions that stages and studies call."""
     graph = CallGraph(ROOT / "pipeline")
     starts = [name for name in graph.bodies if name.startswith(("pipeline.stages.", "pipeline.studies."))]
     return graph, graph.reached(starts)
@@ -233,7 +233,7 @@ SUPERSCRIPTS = {"⁻¹": 0.1, "⁻²": 0.01, "⁰": 1.0, "¹": 10.0}
 
 
 def numbers_in(quote: str) -> set[float]:
-    """Every number of a quotation: figures, number words, and powers of ten with or without a factor."""
+    """Return all numbers in a quotation: digits, number words, and powers of ten."""
     result = {float(n) for n in re.findall(r"\d+(?:\.\d+)?", quote)}
     result |= {float(WORDS[word]) for word in re.findall(r"[a-z]+", quote.lower()) if word in WORDS}
     for factor, power in re.findall(r"(?:(\d+\.\d+) )?10(⁻¹|⁻²|⁰|¹)", quote):
@@ -331,7 +331,7 @@ EXPLAINED = [pytest.param(c, d, id=f"{c.name}-{d}") for c in JUDGED for d in c.w
 
 @pytest.mark.parametrize(("claim", "data_name"), EXPLAINED)
 def test_an_explanation_quotes_numbers_of_the_claims_own_figure(claim: Claim, data_name: str) -> None:
-    """A figure that is judged alone can then give them; `value` is the claim's own."""
+    """An explanation quotes only numbers from the figure of its claim."""
     for name in quotes_of(claim.why[data_name]):
         quoted = papers.quantity(name).measure
         assert quoted is not None
@@ -343,7 +343,7 @@ CAUSAL = re.compile(
     r"comes? from|follows? from|as (?:the|its|their|a)\b)",
     re.IGNORECASE,
 )
-"""Words that name a cause."""
+"""Words that state a cause."""
 
 
 @pytest.mark.parametrize(("claim", "data_name"), EXPLAINED)
@@ -354,7 +354,7 @@ def test_an_explanation_that_names_a_cause_has_tested_it_or_says_so(claim: Claim
 
 
 def typed_numbers(text: str) -> set[str]:
-    """Numbers that stand in a text as digits, not as placeholders."""
+    """Return the numbers that a text contains as digits, not as placeholders."""
     return set(re.findall(r"\d+(?:\.\d+)?", "".join(part for part, *_ in string.Formatter().parse(text))))
 
 
@@ -654,7 +654,7 @@ def test_values_under_other_assumptions_stand_in_the_reason(tmp_path: Path) -> N
 
 
 def test_statistics_of_generated_people_decide_nothing() -> None:
-    """Recorded people decide them: no class but these is assumed as a whole."""
+    """Synthetic data cannot decide claims about statistics of people; recorded data can."""
     assumed = {c.baseline.measures for c in CLAIMS if c.baseline and c.baseline.assumed}
     assert assumed == {"statistic_of_people", "symmetry"}
     for name in (
@@ -759,18 +759,18 @@ def columns(**values: list) -> dict[str, np.ndarray]:
 
 
 def worked_tables() -> dict[str, dict[str, np.ndarray]]:
-    """The tables of all papers that are judged."""
+    """Return small example tables for the measures of all papers."""
     return {**worked_walks(), **worked_performances(), **worked_limbs(), **worked_keypoints()}
 
 
 @functools.cache
 def worked_frames() -> dict[str, pd.DataFrame]:
-    """Return the same as data frames, made once for hundreds of tests, which do not change them."""
+    """Return the example tables as data frames, cached because hundreds of tests read them."""
     return {name: pd.DataFrame(table) for name, table in worked_tables().items()}
 
 
 def worked_keypoints() -> dict[str, dict[str, np.ndarray]]:
-    """Tables of walks from keypoints, of two headings and of three clips."""
+    """Return example tables of walks from keypoints, for two headings and three clips."""
     return {
         "keypoints_headings": columns(
             method=["keypoint_walk", AVERAGE, "image_kept"] * 2,
@@ -824,7 +824,7 @@ def worked_keypoints() -> dict[str, dict[str, np.ndarray]]:
 
 
 def worked_walks() -> dict[str, dict[str, np.ndarray]]:
-    """Tables of both papers about walking, of two walkers: the rows of least squares first, then as many of MAP."""
+    """Return example tables of both papers about walking, for two walkers, with least squares before MAP."""
     tables = {
         "zhang2007_fig2": columns(component=[1, 28, 30], cumulative_fraction=[0.5, 0.95, 0.96]),
         "zhang2007_fig2/table_harmonics": columns(
@@ -1010,7 +1010,7 @@ def worked_walks() -> dict[str, dict[str, np.ndarray]]:
 
 
 def worked_performances() -> dict[str, dict[str, np.ndarray]]:
-    """Tables of mozerov2006: three performances, and two pairs of them."""
+    """Return example tables of mozerov2006, for three performances and two pairs of performances."""
     of_pairs = {
         "performance": ["a", "b"],
         "person": ["p", "q"],
@@ -1132,7 +1132,7 @@ def worked_performances() -> dict[str, dict[str, np.ndarray]]:
 
 
 def worked_limbs() -> dict[str, dict[str, np.ndarray]]:
-    """Tables of park2011: four limbs, three root errors, three radii, two skeletons, each of its own clip."""
+    """Return example tables of park2011, for four limbs, three root errors, three radii and two skeletons."""
     still_and_shaky = ["still"] * 3 + ["shaky"] * 3
     return {
         "park2011_fig3a": columns(
@@ -1247,7 +1247,7 @@ def worked_limbs() -> dict[str, dict[str, np.ndarray]]:
 
 
 SPREAD_DEG = np.degrees(np.sqrt(-2 * np.log(np.cos(np.radians(2))))) / 2
-"""Mean of the circular standard deviations of (0, 0) and of (0, 4) degrees."""
+"""Mean of the circular standard deviations of the angles (0, 0) and (0, 4) degrees."""
 
 WORKED = {
     "keypoints_error_below_average_walker": 25.0,
@@ -1523,7 +1523,7 @@ def test_a_quantity_is_the_one_worked_out_in_the_head(name: str, worked: float) 
 
 
 def shown(text: str) -> papers.Explanation:
-    """An explanation that only says what tables hold."""
+    """Return an explanation whose support is published tables."""
     return papers.Explanation(support=papers.Support.SHOWN, text=text)
 
 
@@ -1531,7 +1531,7 @@ SIMPLER = Baseline(measures="error", name="the mean", knows="nothing", value=0.0
 
 
 def little_claim(**changes: object) -> Claim:
-    """Mean of one column, published as 10: 9 to 11 agrees, positive is close; the baseline gives 0."""
+    """Return an example claim: the mean of a column, published as 10, which agrees from 9 to 11 and has baseline 0."""
     settings: dict = {
         "name": "zhang2007_little",
         "paper": "zhang2007",
@@ -1552,12 +1552,12 @@ def little_claim(**changes: object) -> Claim:
 
 
 def estimate(value: float, half: float = 0.5) -> Estimate:
-    """A value with an interval of this half width."""
+    """Return an estimate with a symmetric interval of given half width."""
     return Estimate(value, value - half, value + half)
 
 
 def found(value: float, half: float = 0.5, gain: float | None = 5.0, people: int | None = 33) -> Evidence:
-    """Evidence: a value and a gain over the baseline, both with intervals of this half width."""
+    """Return the evidence for a claim: value, baseline and gain, each with an interval of given half width."""
     if gain is None:
         return Evidence(value=estimate(value, half), people=people)
     better = estimate(gain, half)
@@ -1565,7 +1565,7 @@ def found(value: float, half: float = 0.5, gain: float | None = 5.0, people: int
 
 
 def answers(evidence: Evidence, data_name: str = "synthetic", **changes: object) -> tuple[str, str]:
-    """Agreement of the little claim, and why."""
+    """Return the agreement of the example claim for given evidence, and the reason."""
     verdict = papers.judge(little_claim(**changes), evidence, data_name)
     return str(verdict.agreement), verdict.why
 
@@ -1801,7 +1801,7 @@ def test_a_missing_column_is_refused_by_name() -> None:
 
 
 def columns_read(claim: Claim) -> set[tuple[str, str]]:
-    """Tables and columns that a claim's measure names."""
+    """Return the tables and columns that a claim's measure reads."""
     assert claim.measure is not None
     result = set()
     for part in claim.measure.parts:

@@ -1,4 +1,4 @@
-"""Intervals, gains, verdicts, counts and texts of small made-up claims, each with the answer worked out by hand."""
+"""Tests of intervals, gains, verdicts, counts and texts, on small example claims with hand-computed results."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ TEN = Interval(9.0, 11.0)
 
 
 def claim(bounds: Interval | None = TEN, close: Interval | None = None, **changes: Any) -> Claim:
-    """A result of 10 mm, printed by a paper."""
+    """Return an example claim with a published value of 10 mm."""
     settings: dict[str, Any] = {
         "name": "little2000_claim", "paper": "little2000", "kind": Kind.RESULT, "published": 10.0, "unit": "mm",
         "measure": Measure("mean", {"table": "fig1", "column": "map_mm"}), "scope": Scope(people=0),
@@ -30,7 +30,7 @@ def claim(bounds: Interval | None = TEN, close: Interval | None = None, **change
 
 
 def verdict(value: Estimate, judged: Claim | None = None, **evidence: Any) -> Verdict:
-    """The verdict on a value, on data that nothing is assumed of."""
+    """Return the verdict on a value, for a data set without assumptions."""
     return judge(judged or claim(), Evidence(value=value, **evidence), "optical")
 
 

@@ -1,4 +1,4 @@
-"""Pictures of charts: two files, the same bytes every time, and nothing drawn from numbers that do not fit."""
+"""Tests of chart pictures: SVG and PNG files, reproducible bytes, and errors for invalid numbers."""
 
 import re
 import xml.etree.ElementTree as ElementTree
@@ -60,19 +60,19 @@ ERROR = Chart(x="angle", y="error", by="method", styles=STYLES, label="Error", z
 
 
 def of_table(stem: Path, *charts: Chart, table: Any = TABLE, **options: Any) -> None:
-    """Draw charts of one table."""
+    """Draw the given charts from one table."""
     draw_charts(Canvas(stem, Sheet(charts=charts, **options), {"table": table}))
 
 
 def size_of_png(path: Path) -> tuple[int, int]:
-    """Width and height from the header of a PNG."""
+    """Return width and height, px, from the header of a PNG file."""
     head = path.read_bytes()[:24]
     assert head[:8] == b"\x89PNG\r\n\x1a\n"
     return int.from_bytes(head[16:20], "big"), int.from_bytes(head[20:24], "big")
 
 
 def strokes(path: Path) -> list[str]:
-    """The colours of all that an SVG strokes, one to each line."""
+    """Return the stroke colour of each line in an SVG file."""
     root = ElementTree.parse(path).getroot()
     assert root.tag.endswith("svg")
     styles = [e.get("style", "") for e in root.iter() if e.tag.endswith("path")]
@@ -80,7 +80,7 @@ def strokes(path: Path) -> list[str]:
 
 
 def draw(stem: Path) -> None:
-    """Draw two panels above one another, with everything that a chart can have."""
+    """Draw two panels, one above the other, with every kind of chart element."""
     draw_charts(Canvas(stem, Sheet(charts=[CHART, CHART]), caption=CAPTION))
 
 

@@ -1,4 +1,4 @@
-"""Numbers, limits, ticks, labels and legends that a reader of a picture sees, read from the figure that is drawn."""
+"""Tests of the numbers, limits, ticks, labels and legends in a drawn picture."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ RISING = {"x": [0.0, 0.25, 0.5, 0.75, 1.0], "y": [0.0, 0.25, 0.5, 0.75, 1.0]}
 
 
 class Drawn:
-    """The figures that were drawn, and the entries of their legends."""
+    """Figures that were drawn, with the entries of their legends."""
 
     def __init__(self) -> None:
         self.figures: list[Figure] = []
@@ -54,12 +54,12 @@ class Drawn:
 
     @property
     def handles(self) -> list[Any]:
-        """Handle of each entry, without the patches of its bands."""
+        """Drawn object of each legend entry, without the patches of its bands."""
         return [each[-1] if isinstance(each, tuple) else each for each in self.entries[-1].values()]
 
     @property
     def legend(self) -> list[tuple[str, str]]:
-        """Name and colour of each entry."""
+        """Name and colour of each legend entry."""
         colours = [h.get_color() if hasattr(h, "get_color") else h.get_facecolor() for h in self.handles]
         return [(name, to_hex(colour)) for name, colour in zip(self.entries[-1], colours, strict=True)]
 
@@ -69,7 +69,7 @@ FINISH = look.finish
 
 @pytest.fixture
 def drawn(monkeypatch: pytest.MonkeyPatch) -> Drawn:
-    """Figures and legends with their final layout, of which no files are written."""
+    """Collection of the drawn figures and legends, for which no files are written."""
     result = Drawn()
     monkeypatch.setattr("pipeline.pictures.style.finish", result.finish)
     monkeypatch.setattr("pipeline.pictures.style._write", lambda *_: None)
@@ -77,39 +77,39 @@ def drawn(monkeypatch: pytest.MonkeyPatch) -> Drawn:
 
 
 def shown_colour(name: str) -> str:
-    """Return a colour as `Drawn.legend` has it."""
+    """Return the hexadecimal code of a palette colour."""
     return str(to_hex(hex_colour(name)))
 
 
 def chart(table: Any = RISING, **options: Any) -> Chart:
-    """A chart of y over x."""
+    """Return a chart of the columns y over x."""
     return Chart(**{"table": table, "x": "x", "y": "y", "styles": Style("series", "blue"), **options})
 
 
 def draw(*charts: Chart, **options: Any) -> None:
-    """Draw charts as a sheet."""
+    """Draw charts as the panels of one picture."""
     draw_charts(Canvas(Path("picture"), Sheet(charts=charts, **options)))
 
 
 def segments(axes: Any) -> np.ndarray:
-    """Ends (N, 2, 2) of all bones and whiskers."""
+    """Return the ends (N, 2, 2) of all line segments in axes, such as bones and error bars."""
     parts = [c.get_segments() for c in axes.collections if isinstance(c, LineCollection)]
     return np.array([segment for each in parts for segment in each])
 
 
 def corners(area: Any) -> set[tuple[float, float]]:
-    """Corners of a band."""
+    """Return the corners (x, y) of the area of a drawn band."""
     (outline,) = area.get_paths()
     return {(x, y) for x, y in np.round(outline.vertices, 9).tolist()}
 
 
 def size_of(axes: Any) -> np.ndarray:
-    """Width and height of axes, points."""
+    """Return width and height of axes, points."""
     return np.array(axes.bbox.size) * 72.0 / axes.figure.dpi
 
 
 def box_of(text: Any) -> Bbox:
-    """Box of a label from the lower left corner of its axes, points: its drawn width, and the height of its lines."""
+    """Return the bounding box of a label relative to the lower left corner of its axes, points."""
     left, low = np.array(text.get_position()) * size_of(text.axes)
     assert (text.get_transform(), text.get_ha(), text.get_va()) == (text.axes.transAxes, "left", "bottom")
     wide = text.get_window_extent().width * 72.0 / text.axes.figure.dpi
@@ -117,7 +117,7 @@ def box_of(text: Any) -> Bbox:
 
 
 def covers(box: Bbox, axes: Any, points: Any) -> bool:
-    """Return True if a box covers a part of a line, whose points are fractions of the axes."""
+    """Return whether a box covers a part of a line, whose points are given as fractions of the axes."""
     points = np.asarray(points) * size_of(axes)
     fine, numbers = np.linspace(0, len(points) - 1, 1000), np.arange(len(points))
     return any(

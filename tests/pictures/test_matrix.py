@@ -1,4 +1,4 @@
-"""The picture of a matrix: its path and outline over it, lines next to it."""
+"""Tests of matrix pictures: the path and the outline over the matrix, and charts next to it."""
 
 from pathlib import Path
 

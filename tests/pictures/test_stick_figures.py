@@ -1,4 +1,4 @@
-"""Pictures of stick figures: every bone is drawn, and nothing from positions that do not fit."""
+"""Tests of stick-figure pictures: every bone is drawn, and invalid positions are rejected."""
 
 import xml.etree.ElementTree as ElementTree
 from dataclasses import replace
@@ -23,14 +23,14 @@ SKELETONS = SkeletonRow(label="frame 1", centre=LIMB, others=np.tile(LIMB + 20, 
 
 
 def segments(path: Path) -> int:
-    """Lines of two points that an SVG strokes: bones, and the ground."""
+    """Return the number of lines with two points in an SVG file: bones and ground lines."""
     paths = [e for e in ElementTree.parse(path).getroot().iter() if e.tag.endswith("path")]
     drawn = [e.get("d", "") for e in paths if "stroke:" in e.get("style", "")]
     return sum(d.count("M") == d.count("L") == 1 for d in drawn)
 
 
 def draw(stem: Path) -> None:
-    """Draw two groups of two rows of postures."""
+    """Draw two groups of postures with two rows each."""
     rows = (POSTURES, replace(POSTURES, label="30°"))
     draw_postures(Canvas(stem, caption="Data: none."), [("(a)", rows), ("(b)", rows)], BONES)
 

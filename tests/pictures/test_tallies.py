@@ -1,4 +1,4 @@
-"""Counts as rows of bars: every number is there."""
+"""Tests of counts drawn as stacked bars: every number is shown."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A walker as an animated SVG: every frame is in the file, and the still picture is one of them."""
+"""Tests of the animated SVG of a walker: it contains every frame, and the still picture shows one of these frames."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ WORDS = (("seen <flat>", "points"), ("in depth", "bones & joints"))
 
 
 def elements(path: Path, name: str) -> list[ElementTree.Element]:
-    """All elements of a name."""
+    """Return all elements of an SVG file with the given tag name."""
     return [e for e in ElementTree.parse(path).getroot().iter() if e.tag.endswith(f"}}{name}")]
 
 

@@ -1,4 +1,4 @@
-"""Reading recordings: their entities, views and columns, and a digest of their content."""
+"""Functions that read recordings: their entities, views, columns, and a digest of their content."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from rerun.error_utils import RerunWarning
 from pipeline.validation import InvalidInput
 
 _NOT_CONTENT = "/__properties"
-"""Entities with the name of the recording, not its data."""
+"""Path of the entities that contain the recording's name instead of data."""
 
 
 def entities(path: Path) -> tuple[str, ...]:
@@ -29,7 +29,7 @@ def entities(path: Path) -> tuple[str, ...]:
 
 
 def views(path: Path) -> tuple[tuple[str, str], ...]:
-    """Return the views of a recording's layout, sorted: (kind, title), e.g. ``("3D", "walkers")``."""
+    """Return the kind and title of each view in a recording's layout, sorted, e.g. ``("3D", "walkers")``."""
     reader, result = _reader(path), set()
     for layout in reader.blueprints():
         for chunk in reader.stream(store=layout).to_chunks():
@@ -43,7 +43,7 @@ def views(path: Path) -> tuple[tuple[str, str], ...]:
 def read_column(
     path: Path, entity: str, component: str, index: str | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return index values and data of one component, ordered along the index.
+    """Return the timeline values and the data of one component of an entity, in the order of the timeline.
 
     Parameters
     ----------
@@ -78,7 +78,9 @@ def read_column(
             tables.append(pa.table({"index": keys, "value": batch.column(component)}))
     if not tables:
         raise InvalidInput(
-            f"no column {component} on {index or 'no timeline'}", where=f"{path}, {entity}", code="no_column"
+            f"the entity has no column {component} on {index or 'no timeline'}",
+            where=f"{path}, {entity}",
+            code="no_column",
         )
     table = pa.concat_tables(tables).sort_by("index").combine_chunks()
     keys = table["index"].to_numpy()
@@ -88,7 +90,7 @@ def read_column(
 
 
 def digest(path: Path) -> str:
-    """Return the sha256 of a recording's content, independent of ids, chunks and the order of writing.
+    """Return the sha256 of a recording's content, which does not depend on ids, chunks and the order of writing.
 
     Covers entities, components, timelines, their values and the data; not the name nor the layout.
 
@@ -131,7 +133,7 @@ def _reader(path: Path) -> RrdReader:
             reader.store()  # needs the footer, which only a finished file has
     except (RerunWarning, ValueError, RuntimeError, OSError) as error:
         raise InvalidInput(
-            "not a complete recording", where=str(path), received=str(error), code="damaged"
+            "the file is not a complete recording", where=str(path), received=str(error), code="damaged"
         ) from error
     return reader
 
@@ -141,13 +143,15 @@ def _chunks(path: Path) -> list[Chunk]:
 
 
 def _dense(array: pa.Array, where: str) -> np.ndarray:
-    """Return nested lists of equal lengths as one array."""
+    """Return nested lists of equal lengths as one NumPy array."""
     shape: list[int] = []
     while pa.types.is_list(array.type) or pa.types.is_fixed_size_list(array.type):
         rows = len(array)
         flat = array.flatten()
         if not rows or len(flat) % rows or len(set(array.value_lengths().to_pylist())) != 1:
-            raise InvalidInput("rows of different lengths", where=where, code="other_length")
+            raise InvalidInput(
+                "the rows of a column have different lengths", where=where, code="other_length"
+            )
         shape.append(rows if not shape else rows // int(np.prod(shape)))
         array = flat
     values = array.to_numpy(zero_copy_only=False)
@@ -155,7 +159,7 @@ def _dense(array: pa.Array, where: str) -> np.ndarray:
 
 
 def _content(array: pa.Array) -> bytes:
-    """Return the content of an array as bytes, independent of its offsets and buffers."""
+    """Return the content of a column as bytes, independent of its memory layout."""
     kind = array.type
     if pa.types.is_list(kind) or pa.types.is_large_list(kind):
         return array.value_lengths().to_numpy(zero_copy_only=False).tobytes() + _content(array.flatten())

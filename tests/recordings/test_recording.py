@@ -1,4 +1,4 @@
-"""Recordings: what was given is what is in the file, or there is no file."""
+"""Tests of recordings: a file contains all data that were added, or it is not written."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -28,12 +28,12 @@ ANGLES = np.arange(-90, 91, 30)
 
 
 def walker(frames: int, seed: int = 0) -> np.ndarray:
-    """(T, 15, 3) mm, any old positions of the size of a person."""
+    """Return random positions (T, 15, 3), mm, of the size of a person."""
     return np.random.default_rng(seed).uniform(-900.0, 900.0, size=(frames, 15, 3))
 
 
 def write_gait(path: Path, *, positions: np.ndarray, colour: str = "original", edition: str = "") -> None:
-    """A recording of two walkers and an image over time, one walker hidden."""
+    """Write a recording of two walkers and their image over time, with one hidden walker."""
     times = np.arange(len(positions)) / 120.0
     with Recording(path, name="gait", about="# Gait", edition=edition, at=times) as recording:
         recording.skeleton("world/original/walker_07", positions, BONES, colour=colour)
@@ -45,7 +45,7 @@ def write_gait(path: Path, *, positions: np.ndarray, colour: str = "original", e
 
 
 def write_curves(path: Path, *, error: np.ndarray, sd: np.ndarray) -> None:
-    """A recording of curves over the view angle, with bars and a matrix."""
+    """Write a recording of curves over the view angle, with a bar chart and a matrix."""
     with Recording(path, name="curves", about="# Curves", timeline="view_angle_deg") as recording:
         recording.curve("curves/error/map", ANGLES, error, sd=sd, label="MAP")
         recording.curve("curves/ratio/map", ANGLES, error / 7.0, label="MAP", colour="orange")
@@ -121,7 +121,7 @@ def test_a_camera_stands_where_it_was_and_its_frustum_looks_at_what_it_saw(tmp_p
 
 
 def test_a_film_is_seen_through_its_camera(tmp_path: Path) -> None:
-    """Points of space at the image's corners and off its axis come back through the pinhole as they went in."""
+    """The camera of a recorded film is read back with the same orientation, position and focal length."""
     inner = np.array([[50.0, 0.0, 32.0], [0.0, 50.0, 24.0], [0.0, 0.0, 1.0]])
     # Right, down, away: the camera looks along +y, pitched by 0.2, from 1 m above the ground.
     c, s = np.cos(0.2), np.sin(0.2)
@@ -194,7 +194,7 @@ ERROR = Chart(x="view_angle_deg", y="error", by="method", styles=STYLES, label="
 
 
 def write_charts(path: Path, *charts: Chart, table: Any = TABLE, timeline: str = "view_angle_deg") -> None:
-    """A recording of charts alone."""
+    """Write a recording that contains only charts."""
     inputs: dict[str, Any] = {"timeline": timeline, "charts": charts, "tables": {"table": table}}
     with Recording(path, name="curves", about="# Curves", **inputs) as recording:
         recording.blueprint(Rows(*recording.plots))
@@ -475,7 +475,7 @@ def test_a_machine_that_cannot_draw_is_told_so(tmp_path: Path, monkeypatch: pyte
 
 
 def ordinates(path: Path) -> list[tuple[float, float]]:
-    """Ranges of the ordinates of all plots of a recording's layout, sorted."""
+    """Return the ordinate ranges of all plots in a recording's layout, sorted."""
     reader = RrdReader(path)
     rows = [
         chunk.to_record_batch().to_pydict()
@@ -486,7 +486,7 @@ def ordinates(path: Path) -> list[tuple[float, float]]:
 
 
 def test_a_legend_has_its_own_space_above_the_curves(tmp_path: Path) -> None:
-    """Four names need 90 points above the curves: of 375 in one of two plots, of 800 in a plot alone."""
+    """A legend of four names gets 90 screen points above the curves, whether its plot is 375 or 800 points high."""
     curves = {f"s{k}": np.array([0.0, 100.0 + k]) for k in range(4)}
     for name, rows in (("half", 2), ("whole", 1)):
         with Recording(tmp_path / f"{name}.rrd", name="a", about="# A", timeline="step") as recording:
@@ -501,7 +501,7 @@ def test_a_legend_has_its_own_space_above_the_curves(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("timeline", ["view_angle_deg", "time"])
 def test_the_viewer_starts_at_the_frontal_view(timeline: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A viewer that answers the third call; a recording over time stays where it is."""
+    """The viewer starts at the frontal view; a recording over time is not moved."""
     calls, requested = [0], []
 
     class Client:

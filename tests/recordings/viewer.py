@@ -1,4 +1,4 @@
-"""The viewer's program: verifying a recording, and pictures of what the viewer shows."""
+"""Functions that verify a recording with the viewer's program, and save a picture of the viewer."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from rerun.experimental import ViewerClient
 from pipeline.validation import InvalidInput
 
 PROGRAM = Path(rerun.__file__).parents[1] / "rerun_cli" / ("rerun.exe" if os.name == "nt" else "rerun")
-"""The program itself, since stopping its Python wrapper would leave it running."""
+"""Path of the viewer's executable, used because stopping its Python wrapper would leave it running."""
 
 TIMEOUT_S = 60.0
 
 FADE_S = 3.5
-"""Seconds from the first view to the picture, in which start-up notices disappear."""
+"""Seconds from the first view to the picture, until the viewer's start-up notices have disappeared."""
 
 
 def verify(path: Path) -> None:
@@ -36,7 +36,9 @@ def verify(path: Path) -> None:
     try:
         run = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT_S, check=False)
     except subprocess.TimeoutExpired as error:
-        raise InvalidInput("the check did not end in time", where=str(path), code="too_slow") from error
+        raise InvalidInput(
+            "the viewer did not verify the recording within the time limit", where=str(path), code="too_slow"
+        ) from error
     if run.returncode:
         message = (run.stderr or run.stdout).strip().splitlines() or ["no reason given"]
         raise InvalidInput(
@@ -52,7 +54,7 @@ def screenshot(
     timeline: str | None = None,
     value: float | None = None,
 ) -> tuple[str, ...]:
-    """Write a picture of what the viewer shows first, and return its warnings.
+    """Save a picture of the view with which the viewer opens, and return the viewer's warnings.
 
     Runs the viewer without a screen, listening on this machine only, and stops it.
 

@@ -1,4 +1,6 @@
-"""Counts on a page, and contradictions between its numbers and the tables: ``python -m tests.report.counted FOLDER``.
+"""Measurement of a report page in a browser, and comparison of the page's numbers with the tables.
+
+``python -m tests.report.counted FOLDER`` prints the result.
 
 The counts are of a browser at three widths, in light and dark colours, with reduced motion, and in print.
 """
@@ -27,25 +29,25 @@ LOOKS = {
     "dark": ["--blink-settings=preferredColorScheme=0"],
     "still": ["--force-prefers-reduced-motion"],
 }
-"""Options of the browser for each look."""
+"""Browser options for the light, the dark and the still appearance of the page."""
 
 LIMITS = {"cut": 0, "ledger": 1.5, "story": 9.0, "appendix": 15.0, "wider": 0, "shift": 0.05}
-"""Largest counts at the first width; labels are cut at no width, and nothing is wider than the window."""
+"""Largest permitted measurements of the page, such as the number of cut labels and the height of each section."""
 
 MAX_PRINTED = 35
-"""Largest number of printed pages."""
+"""Largest permitted number of printed pages."""
 
 _SCRIPT = Path(__file__).with_name("counted.js")
 _FRAME = """<!doctype html><script>
 addEventListener("message", event => {{ document.body.dataset.counted = event.data; }});
 </script><body><iframe src="index.html" width="{width}" height="{height}" style="border: 0"></iframe></body>"""
-"""Page with a frame of an exact size, which windows of a browser do not have."""
+"""HTML page that shows the report page in a frame of exact size."""
 
 _NUMBER = re.compile(r"[−-]?\d+(?:,\d{3})*(?:\.\d+)?")
 
 
 def run(browser: str, *options: str) -> str:
-    """Output of the browser after a minute of its own time."""
+    """Run the browser without a window for one minute of virtual time, and return its output."""
     with tempfile.TemporaryDirectory() as profile:
         command = [browser, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={profile}"]
         command += ["--virtual-time-budget=60000", *options]
@@ -53,7 +55,7 @@ def run(browser: str, *options: str) -> str:
 
 
 def counts(browser: str, page: Path, width: int, look: str = "light") -> dict[str, Any]:
-    """Counts of the script on the page in a window of this width."""
+    """Return the measurements of a report page in a window of the given width, px."""
     text = re.sub(r"<meta http-equiv[^>]*>", "", page.read_text(encoding="utf-8"))
     with tempfile.TemporaryDirectory() as folder:
         copy, frame = Path(folder) / "index.html", Path(folder) / "frame.html"
@@ -73,7 +75,7 @@ def counts(browser: str, page: Path, width: int, look: str = "light") -> dict[st
 
 
 def printed(browser: str, page: Path) -> int:
-    """Number of pages on paper."""
+    """Return the number of pages if the report page is printed."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "page.pdf"
         run(browser, f"--print-to-pdf={path}", page.as_uri())
@@ -83,7 +85,7 @@ def printed(browser: str, page: Path) -> int:
 def contradictions(
     folder: Path, text: str, counted: Mapping[str, Any], others: Mapping[str, Path]
 ) -> list[str]:
-    """Numbers, colours and bands on the page that the tables, the palette and the charts do not have.
+    """Return the numbers, colours and bands on the page that disagree with the tables, the palette or the charts.
 
     Parameters
     ----------
@@ -116,7 +118,7 @@ def contradictions(
 
 
 def _registered() -> Iterator[float]:
-    """Numbers that the papers print, and ours under other assumptions."""
+    """Yield the numbers that the papers print, and our values under other assumptions."""
     for claim in (claim for paper in papers.all_papers().values() for claim in paper.claims):
         if claim.published is not None:
             yield claim.published
@@ -141,7 +143,7 @@ def _rounds_to(value: float, printed_text: str) -> bool:
 
 
 def _alive(folder: Path, printed_text: str) -> list[str]:
-    """Differences of the live errors from the figure's table, to the digit that is printed_text."""
+    """Return the errors that the page computes and that differ from the figure's table after rounding."""
     if not printed_text:
         return []
     table = tables.read(folder / "zhang2007_fig5" / "table.csv")
@@ -159,7 +161,7 @@ def _alive(folder: Path, printed_text: str) -> list[str]:
 
 
 def _captions(text: str) -> Iterator[str]:
-    """Captions that name a band which no chart draws, or a colour that no line has, in figures without a picture."""
+    """Yield the captions that mention a band or a colour that the charts of the figure do not contain."""
     for name, card in re.findall(
         r'<details class="figure" id="(\w+)">(.*?)<details class="files">', text, re.DOTALL
     ):
@@ -176,7 +178,7 @@ def _captions(text: str) -> Iterator[str]:
 
 
 def main(folder: Path) -> int:
-    """Print all counts of a page and its contradictions; the exit status is 1 if a limit is exceeded."""
+    """Print the measurements and the contradictions of a page; return 1 if a limit is exceeded."""
     folder = folder.resolve()
     browser = next(name for name in ("chromium", "chromium-browser", "google-chrome") if shutil.which(name))
     page, problems = folder / "index.html", []

@@ -1,4 +1,4 @@
-"""Small published folders, as the figure stage leaves them, without making a figure; pages in a browser."""
+"""Small published folders for tests, written without computing a figure, and pages opened in a browser."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ CLAIM = {
 
 
 def view_errors() -> dict[str, Any]:
-    """A table like that of zhang2007_fig5."""
+    """Return a table in the form of zhang2007_fig5."""
     return {
         "method": ["least_squares", "least_squares", "map", "map"],
         "view_angle_deg": [0, 30, 0, 30],
@@ -59,7 +59,7 @@ VIEW_CHARTS = [
         ("missing_variance_mm2", "", "missing variance"),
     )
 ]  # fmt: skip
-"""Charts like those of zhang2007_fig5."""
+"""Charts in the form of zhang2007_fig5."""
 
 
 def plant(
@@ -75,7 +75,7 @@ def plant(
     recording: bytes = b"",
     inputs: Mapping[str, str] | None = None,
 ) -> Path:
-    """Seal a figure's folder with what is given, a picture and the clips that were kept; return it."""
+    """Write the folder of a published figure with the given tables, arrays and claims, and return its path."""
     folder.mkdir(parents=True)
     tables.write(folder / "table.csv", table or view_errors())
     for name, columns in (more or {}).items():
@@ -117,7 +117,7 @@ def plant(
 
 
 def limb_clips() -> dict[str, np.ndarray]:
-    """Two clips of twenty frames before one camera, reconstructed without error."""
+    """Return two clips of twenty frames in front of one camera, reconstructed without error."""
     generator = np.random.default_rng(1)
     truth = 300.0 * generator.standard_normal((2, 20, 15, 3)) + np.array([0.0, 0.0, 1000.0])
     camera = around(20, target=np.array([0.0, 0.0, 1000.0]), sweep_rad=1.0)
@@ -135,7 +135,7 @@ def limb_clips() -> dict[str, np.ndarray]:
 
 
 def shown(browser: str, address: str, profile: Path) -> str:
-    """The page as text after two minutes of the browser's own time."""
+    """Return the HTML of a page after two minutes of the browser's virtual time."""
     command = [
         browser, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={profile}", "--dump-dom",
         "--virtual-time-budget=120000", address,

@@ -1,4 +1,4 @@
-"""Labels are whole, nothing moves or overflows, and the numbers on the page are those of the tables."""
+"""Tests of the report page: labels are complete, nothing moves or overflows, and numbers agree with tables."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LONG = "gain of the prior, of forty letters wide"
 
 @pytest.fixture
 def page(tmp_path: Path) -> Path:
-    """Page of two figures and a claim with a long name."""
+    """Report page with two figures and one claim with a long name."""
     folder = tmp_path / "synthetic" / "smoke"
     claims = {**CLAIM, "short": [LONG]}
     for name in FIGURES:

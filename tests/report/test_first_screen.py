@@ -1,4 +1,4 @@
-"""The pictures at the head of the README come from published figures."""
+"""Tests that the pictures at the top of the README are drawn from published figures."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ VIEWS = [0, 30]
 
 
 def arrays() -> dict[str, np.ndarray]:
-    """Three walkers from two views; from 0° the second one's error is the median."""
+    """Return arrays of three walkers and two views, where the second walker has the median error at 0°."""
     generator = np.random.default_rng(3)
     original = 100.0 * generator.standard_normal((3, 5, 15, 3))
     return {
@@ -32,7 +32,7 @@ def arrays() -> dict[str, np.ndarray]:
 
 
 def people() -> dict[str, list[object]]:
-    """Errors of every walker from the front and from 30°."""
+    """Return a table with the errors of each walker at 0° and 30°."""
     return {
         "walker": ["a", "b", "c"] * 4,
         "method": ["map"] * 6 + ["average_walker"] * 6,
@@ -42,7 +42,7 @@ def people() -> dict[str, list[object]]:
 
 
 def table() -> dict[str, list[object]]:
-    """Errors of three methods from three views."""
+    """Return a table with the errors of four methods at three views."""
     methods = [method for method in ("average_walker", "least_squares", "map", "map_1") for _ in range(3)]
     return {
         "method": list(methods),

@@ -1,4 +1,4 @@
-"""The ledger as a picture: places agree with verdicts, other data sets and switches stand on the same abscissa."""
+"""Tests of the picture of the claims: positions agree with verdicts, also for other data sets and for switches."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ SWITCHED: dict[str, Any] = {
 
 
 def picture(tmp_path: Path, *switched: dict[str, Any], scale: str = "full") -> dict[str, Any]:
-    """Return the drawing of one claim, with rows of switches that differ from `SWITCHED`."""
+    """Return the picture data of one claim, with sensitivity rows that differ from `SWITCHED` as given."""
     folder = tmp_path / "synthetic" / scale
     if not folder.exists():
         plant(folder / "zhang2007_fig5", claims=BOUNDED, scale=scale)
@@ -157,7 +157,7 @@ DATA_SETS = {path.stem for path in (PROJECT / "conf" / "data").glob("*.yaml")}
 
 
 def menu(page: Path) -> list[str]:
-    """Names that the ledger of a page offers under "Data", that of its own first."""
+    """Return the data sets that the "Data" menu of a page offers, beginning with the page's own."""
     packed = re.search(r'id="ledger-data">(.*?)</script>', page.read_text("utf-8"), re.DOTALL)
     assert packed
     return [*json.loads(packed[1])["sets"]]
@@ -166,7 +166,7 @@ def menu(page: Path) -> list[str]:
 def test_the_menu_offers_data_sets_and_no_folder_that_is_being_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The page of a light archive is written in a temporary folder among the light archives."""
+    """The menu of a page offers data sets, but not the temporary folder of an archive that is being written."""
     monkeypatch.setattr(module, "PROJECT", tmp_path)
     lock = tmp_path / "requirements.lock"
     lock.write_text("numpy==2.4.6\n")
@@ -192,6 +192,6 @@ def test_the_menu_offers_data_sets_and_no_folder_that_is_being_written(
     "page", sorted((PROJECT / "results" / "archive" / "light").glob("[!.]*/index.html")), ids=str
 )
 def test_the_menus_of_the_pages_that_are_kept_offer_data_sets(page: Path) -> None:
-    """`make archive LIGHT=1 DATA=…` renews a page."""
+    """The menus of the pages in light archives offer only data sets; `make archive LIGHT=1 DATA=…` renews a page."""
     assert menu(page)[0] == page.parent.name
     assert set(menu(page)) <= DATA_SETS

@@ -1,4 +1,4 @@
-"""Every picture and chart can be read: no text is cut or over another, no interval leaves its axes, no band is missing.
+"""Tests that every picture and chart is legible: no text is cut or covered, and no interval or band is missing.
 
 Letters have the widths of DejaVu Sans, in which pictures are laid out, on every machine.
 """
@@ -32,7 +32,7 @@ FONT = Path(get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf"
 
 
 def box(name: str, spec: object, width: int) -> str:
-    """Return the element of a chart that the script draws and looks at."""
+    """Return the HTML element of a chart, which the test script draws and examines."""
     text = html.escape(json.dumps(spec))
     return (
         f'<div class="chart" style="width:{width}px" data-name="{name}, {width} px" data-spec="{text}"></div>'
@@ -40,13 +40,13 @@ def box(name: str, spec: object, width: int) -> str:
 
 
 def picture(name: str, path: Path, least: dict[str, int]) -> str:
-    """Return the element of a picture, with the smallest numbers of bands and intervals in it."""
+    """Return the HTML element of a picture, with the smallest expected numbers of bands and intervals."""
     drawn = re.sub(r"^.*?(?=<svg )", "", path.read_text(encoding="utf-8"), flags=re.DOTALL)
     return f"<div data-name=\"{name}, picture\" data-least='{json.dumps(least)}'>{drawn}</div>"
 
 
 def faults(browser: str, boxes: Sequence[str], folder: Path, more: str = "") -> list[str]:
-    """Return the faults of charts and pictures in a browser; `more` is a script that adds some."""
+    """Return the faults of charts and pictures in a browser, after the script `more` has run."""
     colours = "".join(f"--c-{name}:{value};" for name, value in COLOURS.items())
     page = folder / "looked.html"
     page.write_text(
@@ -67,7 +67,7 @@ def faults(browser: str, boxes: Sequence[str], folder: Path, more: str = "") -> 
 
 
 def bands_of(figure: PublishedFigure) -> dict[str, int]:
-    """Return the smallest numbers of bands and intervals that a figure's picture can have: those of its charts."""
+    """Return the smallest numbers of bands and intervals that a figure's picture must show."""
     count = {"band": 0, "interval": 0}
     for chart in figure.charts if not figure.manifest.get("picture_beside_charts") else ():
         for line in lines_of(chart, figure.tables_of(chart)) if chart.picture else ():

@@ -1,4 +1,4 @@
-"""The light archive: small, whole, verified, described for a repository, and with a page whose links work in it."""
+"""Tests of the light archive: its size, its completeness, its description, and the links of its page."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def lock(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def results(tmp_path: Path, lock: Path) -> Path:
-    """Two figures at full scale, one of them with a large table and a small recording."""
+    """Results of two figures at full scale, one with a large table and one with a large recording."""
     folder = tmp_path / "synthetic" / "full"
     output: dict[str, Any] = {"scale": "full", "lock_sha256": digest(lock.read_bytes())}
     large = {"table_many.csv": {"sample": list(range(40_000))}}
@@ -251,7 +251,7 @@ def test_a_run_with_changed_options_is_kept_under_its_name(tmp_path: Path, lock:
 def test_a_table_that_would_be_too_large_unpacked_is_left_out(
     results: Path, lock: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A compressed table above the bound could be kept, and not be read again."""
+    """The archive omits a table that is larger than the limit for unpacked files."""
     size = (results / "zhang2007_fig5" / "table_many.csv").stat().st_size
     for bound, left_out in ((size, False), (size - 1, True)):
         monkeypatch.setattr(light, "MAX_UNPACKED_BYTES", bound)

@@ -1,4 +1,4 @@
-"""The page over all figures: everything that is there is on it, nothing is loaded, nothing is dead."""
+"""Tests of the report page: it shows all results, loads nothing from elsewhere, and has no broken links."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ GOLDEN = Path(__file__).resolve().parents[1] / "golden"
 
 
 class Elements(HTMLParser):
-    """All elements with their attributes, and the text outside of scripts and styles."""
+    """Parser that collects the elements of a page with their attributes, and the text outside of scripts and styles."""
 
     def __init__(self, text: str) -> None:
         super().__init__()
@@ -65,7 +65,7 @@ class Elements(HTMLParser):
 
 @pytest.fixture
 def results(tmp_path: Path) -> Path:
-    """Two figures that are made, one of them with a claim."""
+    """Results folder with two figures, one of them with a claim."""
     folder = tmp_path / "synthetic" / "smoke"
     plant(folder / "zhang2007_fig5", claims=CLAIM)
     plant(folder / "mozerov2006_fig1", table={"sample": [0, 1], "note": ['a "b", c', "</script>"]})
@@ -73,7 +73,7 @@ def results(tmp_path: Path) -> Path:
 
 
 def page_of(folder: Path) -> tuple[str, Elements]:
-    """The page's source and what is in it."""
+    """Write the report page, and return its source text and its parsed elements."""
     path = write_page(folder, FIGURES)
     text = path.read_text(encoding="utf-8")
     assert path.stat().st_size < MAX_BYTES
@@ -391,7 +391,7 @@ def test_every_answer_has_a_sign_and_words() -> None:
 
 
 def test_figures_of_our_own_claims_stand_under_them_and_none_stands_twice(tmp_path: Path) -> None:
-    """zhang2007_occlusion is a figure of zhang2007 on which targets of `anatomy` rest."""
+    """A figure that supports targets of our own work is shown once, under the paper that it belongs to."""
     from pipeline.report import entries
 
     made_for = {"zhang2007_occlusion": "zhang2007", "zhang2007_structure": "anatomy"}
@@ -413,7 +413,7 @@ def test_figures_of_our_own_claims_stand_under_them_and_none_stands_twice(tmp_pa
 def test_a_plug_in_brings_scripts_and_the_columns_that_they_read(
     results: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Scripts run behind the players and before the page begins; without plug-ins the page has no such scripts."""
+    """The report page contains the scripts and table columns of a plug-in only if the plug-in is loaded."""
     plain = page_of(results)[0]
     script = tmp_path / "mine.js"
     script.write_text("const Mine = 2007;\n", encoding="utf-8")

@@ -1,4 +1,4 @@
-"""The players compute what the tables hold: in numpy from the packed walkers, and in a browser where there is one."""
+"""Tests that the page's players compute the values in the tables, in numpy and in a browser if there is one."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ FIGURES = ["zhang2007_fig4", "zhang2007_fig5"]
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Figures 4 and 5 of zhang2007 at smoke scale, and two clips for park2011."""
+    """Results folder with figures 4 and 5 of zhang2007 at smoke scale, and two clips for park2011."""
     results = tmp_path_factory.mktemp("results")
     position = results / "synthetic" / "smoke"
     store = Store(results)
@@ -48,7 +48,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def decoded(text: str, dtype: str) -> np.ndarray:
-    """The numbers in a base64 text."""
+    """Return the numbers in a base64 text."""
     return np.frombuffer(base64.b64decode(text), dtype)
 
 
@@ -140,7 +140,7 @@ def test_results_without_walkers_say_so(tmp_path: Path) -> None:
 def test_the_browser_computes_the_tables(
     folder: Path, browser: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The papers' page alone, without plug-ins: three methods, and steps of the first screen that end without more."""
+    """The browser computes the values in the tables for the three methods of the papers, without plug-ins."""
     monkeypatch.setattr(plugins, "_installed", lambda: ((), {}))
     page = write_page(folder, [*FIGURES, "park2011_fig4"], to=tmp_path)
     script = """<script>addEventListener("load", () => {
@@ -175,7 +175,7 @@ def test_a_link_to_a_figure_opens_and_draws_it_alone(folder: Path, browser: str,
 def test_a_link_to_a_claim_opens_its_row_whatever_the_filters_are(
     folder: Path, browser: str, tmp_path: Path
 ) -> None:
-    """Runs of the small scale judge no claim, so that the filter hides every row at first."""
+    """A link to a claim opens the claim's row, even if the page's filters hide this row."""
     page = write_page(folder, FIGURES, to=tmp_path)
     hidden = shown(browser, page.as_uri(), tmp_path)
     name = "zhang2007_map_thirty_percent"

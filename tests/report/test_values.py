@@ -1,4 +1,4 @@
-"""Numbers, words and links of the page, from small figures whose entries are worked out by hand."""
+"""Tests of numbers, words and links on the report page against small figures with values computed by hand."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ ROW: dict[str, Any] = {
 
 
 def figure(folder: Path, charts: list[Chart] | None = None, **facts: Any) -> PublishedFigure:
-    """A figure with a table of two curves and other facts in its manifest."""
+    """Return a published figure with a table of two curves and the given facts in its manifest."""
     folder.mkdir(parents=True)
     tables.write(
         folder / "table.csv", {"x": [0.0, 1.0], "y": [2.0, 3.5], "y_low": [1.0, np.nan], "y_high": [4, 5]}
@@ -43,7 +43,7 @@ def figure(folder: Path, charts: list[Chart] | None = None, **facts: Any) -> Pub
 
 
 def published(folder: Path, *rows: dict[str, Any], **figures: PublishedFigure) -> Published:
-    """The results of a data set."""
+    """Return the results of a data set with the given figures and claims."""
     return Published(folder, "optical", "smoke", figures, {}, list(rows))
 
 

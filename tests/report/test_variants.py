@@ -1,4 +1,4 @@
-"""Variants side by side: what differs between them, their values and verdicts, their curves."""
+"""Tests of the comparison of variants: their different options, values, verdicts and curves."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tests.report.planted import CLAIM, plant
 
 @pytest.fixture
 def run(tmp_path: Path) -> Path:
-    """Three variants of one figure, out of alphabetical order, and one that was not finished."""
+    """Multirun folder with three finished variants and one unfinished variant of a figure."""
     folder = tmp_path / "scratch" / "2026-11-22_06-00"
     for job, components in ((10, 30), (2, 20), (0, 10)):
         plant(

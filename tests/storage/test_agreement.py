@@ -1,4 +1,4 @@
-"""Tables computed again agree to the digits that an archive promises, and whatever else differs is named."""
+"""Tests that recomputed tables are compared within an archive's tolerances, and that other differences are reported."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ CLAIM = {
 
 
 def figure(folder: Path, table: dict[str, Any] | None = None, claims: dict[str, Any] | None = None) -> Path:
-    """A folder with a table, times and two claims."""
+    """Write a figure folder with a table, a table of durations and two claims; return its path."""
     folder.mkdir(parents=True)
     tables.write(folder / "table.csv", table or TABLE)
     tables.write(folder / "table_timing.csv", {"seconds": [1.0]})
@@ -34,7 +34,7 @@ def figure(folder: Path, table: dict[str, Any] | None = None, claims: dict[str, 
 
 @pytest.fixture
 def kept(tmp_path: Path) -> Path:
-    """A figure of an archive, whose table is compressed, with the rule next to it."""
+    """Figure of an archive with a compressed table, next to the file with the tolerances."""
     folder = figure(tmp_path / "archive" / "zhang2007_fig5")
     write_rule(folder.parent, ["zhang2007_fig5"])
     content = (folder / "table.csv").read_bytes()

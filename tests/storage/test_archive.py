@@ -1,4 +1,4 @@
-"""The archive keeps finished full-scale results of a clean commit, and notices any later change."""
+"""Tests that the archive accepts only finished full-scale results of a clean commit, and detects later changes."""
 
 import errno
 import hashlib
@@ -32,7 +32,7 @@ def lock(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def make(tmp_path: Path, lock: Path) -> Make:
-    """Publish figures as a session would, with the requested changes to the facts of the manifest."""
+    """Function that publishes figures with the requested changes to the facts in the manifest."""
 
     def make(data: str = "synthetic", scale: str = "full", **changes: Any) -> Path:
         folder = tmp_path / "results" / data / scale

@@ -1,4 +1,4 @@
-"""The bill of materials names what is installed and needed, in the words that CycloneDX allows."""
+"""Tests that the software bill of materials lists the installed packages in terms that CycloneDX allows."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ ALLOWED = {
     "component": {"type", "bom-ref", "name", "version", "purl", "licenses", "externalReferences"},
     "reference": {"type", "url", "comment", "hashes"},
 }
-"""Names in version 1.6 that are used here; the schema allows no others."""
+"""Keys of CycloneDX 1.6 that the bill of materials may contain."""
 TOOLS = {"pytest", "ruff", "mypy", "hypothesis", "pip", "setuptools"}
-"""Packages that the environment of the tests has and no figure needs."""
+"""Packages of the test environment that no figure needs."""
 
 
 def test_every_package_that_the_program_needs_is_named_once_as_it_is_installed() -> None:

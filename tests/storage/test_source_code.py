@@ -1,4 +1,4 @@
-"""An artefact depends on the code that makes it, and on no other."""
+"""Tests that a cached result depends on the source code that computes it, and on no other code."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def measure():
 
 @pytest.fixture
 def edited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str, str, str], str]:
-    """``edited(file, old, new)``: the digest of studies.walks after a change in a file."""
+    """Function ``edited(file, old, new)`` that returns the digest of studies.walks after a change in a file."""
     monkeypatch.setattr(plugins, "PACKAGE", tmp_path / "pipeline")
     source_code._module.cache_clear()
     for name, text in FILES.items():
@@ -93,7 +93,7 @@ def test_what_it_computes_with_changes_it(
 
 
 def test_a_word_in_the_command_line_and_another_study_leave_walks_alone() -> None:
-    """The sources of the model of walks in the real package include neither."""
+    """The model of walks does not depend on the sources of the command line or of another study."""
     reached = source_code.reached(["pipeline.studies.eigenwalkers.model"])
     assert "pipeline.core.linear_model" in reached
     foreign = (

@@ -1,4 +1,4 @@
-"""The store: found again by key, written whole or not at all, checked when read, whatever goes wrong."""
+"""Tests of the store: results are found by key, written completely or not at all, and checked when read."""
 
 import errno
 import importlib.metadata
@@ -36,7 +36,7 @@ from tests.rejects import rejects
 
 
 class Store(PlainStore):
-    """A store that uses the same sources each time, unless a test gives others."""
+    """Store that assumes unchanged source code, unless a test passes another digest of the code."""
 
     def artefact(self, *arguments: Any, code: str = "0" * 64) -> Artefact:
         return super().artefact(*arguments, code=code)
@@ -68,7 +68,7 @@ class OtherOptions(Options):
 
 
 class Work:
-    """A computation that counts how often it is done."""
+    """Computation that counts how often it runs."""
 
     def __init__(self, seed: int = 0) -> None:
         self.times = 0
@@ -90,7 +90,7 @@ class Work:
 
 
 def same(a: Artefact, b: Artefact) -> None:
-    """The two hold the same bits in the same memory layout."""
+    """Assert that two artefacts contain the same bits in the same memory layout."""
     assert (a.stage, a.key, a.notes, list(a.arrays)) == (b.stage, b.key, b.notes, list(b.arrays))
     for name, array in a.arrays.items():
         other = b.arrays[name]
@@ -396,7 +396,7 @@ def test_nothing_is_ever_unpickled(tmp_path: Path) -> None:
 
 
 class Faults:
-    """Makes the n-th operation on the disk fail: mkdir, open, write (half is written), fsync, rename."""
+    """Let the n-th disk operation fail: mkdir, open, write (half of the data), fsync or rename."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, make: Callable[[], BaseException]) -> None:
         self.make, self.calls, self.at, self.lasting = make, 0, 0, False
@@ -452,7 +452,7 @@ class Faults:
 
 
 def run(results: Path, edition: int) -> tuple[list[Artefact], Path]:
-    """Two stages and a figure, as a session would make them."""
+    """Compute two stages and publish a figure, as the program does; return the artefacts and the figure's folder."""
     store = Store(results)
     data = store.artefact("dataset", {"edition": edition}, [], Work(edition))
     model = store.artefact("model", {"edition": edition}, [data], Work(edition + 10))
@@ -854,7 +854,7 @@ def test_complaints_name_every_file(tmp_path: Path) -> None:
 
 
 def publish_files(figure: Path, **files: str) -> None:
-    """Publish a figure of these files, named as ``table_csv`` for ``table.csv``."""
+    """Publish a figure with the given files, where ``table_csv`` is the file ``table.csv``."""
     with publish(figure) as publication:
         for name, content in files.items():
             path = publication.folder / name.replace("__", "/").replace("_csv", ".csv")
@@ -864,7 +864,7 @@ def publish_files(figure: Path, **files: str) -> None:
 
 
 def of_the_reader(figure: Path) -> dict[str, str]:
-    """Put files of the user next to the published ones; return their content by name."""
+    """Write files of the user next to the published ones, and return their contents by name."""
     mine = {"notes.txt": "a", "more/notes.txt": "b", "own/folder/notes.txt": "c", ".hidden": "d"}
     for name, content in mine.items():
         (figure / name).parent.mkdir(parents=True, exist_ok=True)
@@ -891,7 +891,7 @@ def test_files_that_are_not_ours_survive_a_replacement(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("after", ["aside", "swapped", "half"])
 def test_files_that_are_not_ours_survive_a_kill(tmp_path: Path, dead_pid: int, after: str) -> None:
-    """The states that a kill between two renames leaves: the next publication in the folder restores all."""
+    """If a process is killed between two renames, the next publication restores the files of the user."""
     figure, aside = tmp_path / "figure", tmp_path / f".old-{dead_pid}-{sealed_folders._HERE}00000001-figure"
     publish_files(figure, table_csv="1")
     mine = of_the_reader(figure)
@@ -1001,7 +1001,7 @@ def test_a_folder_of_another_kind_is_kept(tmp_path: Path) -> None:
 def test_a_publication_between_two_looks_is_no_foreign_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, look: int, away: bool
 ) -> None:
-    """Another process replaces the folder after this one has read its manifest, or while it does."""
+    """A publication succeeds if another process replaces the same folder while its manifest is being read."""
     figure, aside, calls = tmp_path / "figure", tmp_path / "aside", 0
     publish_files(figure, table_csv="1")
     really = sealed_folders.read_manifest

@@ -1,4 +1,4 @@
-"""Tables: a written table is read unchanged, equal numbers give equal bytes, and bad tables are rejected."""
+"""Tests of tables: they are read as written, equal numbers give equal bytes, and invalid tables are rejected."""
 
 import csv
 import errno

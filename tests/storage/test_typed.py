@@ -1,4 +1,4 @@
-"""Dataclasses of arrays survive the way through the store."""
+"""Tests that dataclasses of arrays are unchanged after they are stored and read."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_the_shapes_of_a_data_set_are_compared_with_its_docstring() -> None:
 
 @dataclass(frozen=True)
 class Inner:
-    """A part."""
+    """Small dataclass, used as a field of another dataclass."""
 
     values: np.ndarray
     words: str
@@ -49,7 +49,7 @@ class Inner:
 
 @dataclass(frozen=True)
 class Whole:
-    """Everything that a stage may hand on."""
+    """Dataclass with a field of every type that a stage may return."""
 
     positions: np.ndarray
     inner: Inner
@@ -152,7 +152,7 @@ class Rows:
 
 @dataclass(frozen=True)
 class Shaped:
-    """Arrays with their shapes.
+    """Dataclass of arrays with annotated shapes.
 
     Attributes
     ----------
@@ -176,7 +176,7 @@ SHAPED = Shaped(
 
 
 def spoilt(**arrays: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-    """Return the packed form of `SHAPED`, with some arrays replaced, or left out where None."""
+    """Return the packed form of `SHAPED` with some arrays replaced, or removed if None is given."""
     retained, notes = pack(SHAPED)
     return {name: array for name, array in (retained | arrays).items() if array is not None}, notes
 

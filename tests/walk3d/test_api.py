@@ -1,4 +1,4 @@
-"""One view of a walk with error bars, the walkers that ship, and motion as files: numbers against dense formulas."""
+"""Tests of the library functions: reconstructions from one view, the shipped walkers, and motion files."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from walk3d.film.reconstruct import model_file
 
 @pytest.fixture(scope="module")
 def walks() -> list[FourierRepresentation]:
-    """Thirty-six synthetic people, about the mean pelvis."""
+    """Return the walks of 36 synthetic people, with the mean pelvis as origin."""
     output = walkers.walking_population(
         np.random.default_rng(8), male=18, female=18, duration_s=3.0, frame_rate_hz=40.0
     )
@@ -33,7 +33,7 @@ def walks() -> list[FourierRepresentation]:
 
 
 def rows_of(view_rad: float, hidden: list[str]) -> tuple[np.ndarray, np.ndarray]:
-    """Matrices (O, 225) and (U, 225): what a view shows of a sample in the printed order, and what it does not."""
+    """Return matrices (O, 225) and (U, 225) from a sample to its observed and its unknown coefficients in a view."""
     c, s = np.cos(view_rad), np.sin(view_rad)
     axes = np.array([[c, s, 0.0], [0.0, 0.0, 1.0], [-s, c, 0.0]])
     turned = np.kron(np.eye(75), axes).reshape(5, 15, 3, 225)
@@ -47,7 +47,7 @@ def rows_of(view_rad: float, hidden: list[str]) -> tuple[np.ndarray, np.ndarray]
 def test_bars_of_a_known_laboratory_are_the_dense_posterior(
     walks: list[FourierRepresentation], hidden: list[str]
 ) -> None:
-    """Conditioning 225 numbers of covariance E^T Lambda E on a noisy image, in one dense formula."""
+    """Error bars for a known laboratory equal the posterior of 225 coefficients, computed with full matrices."""
     model, view, noise = fit(walks[1:]), np.radians(35.0), 70.0
     result = walk3d.from_view(model, walks[0], 35.0, hidden=hidden, noise_variance_mm2=noise)
     observed, unseen = rows_of(view, hidden)
@@ -98,7 +98,7 @@ def test_bars_of_an_unknown_laboratory_are_the_linear_posterior_where_bones_coun
 
 
 def covered(found: Reconstruction, walk: FourierRepresentation, scale: float = 1.0) -> float:
-    """Share of the unseen coordinates at instants that lie within the bars, these `scale` times as wide."""
+    """Return the share of unseen coordinates that lie within their error bars, scaled by `scale`."""
     positions, half = found.at_instants(8)
     basis = fourier.cycle_basis(fourier.equal_phases(8), 5)
     true = np.einsum("kp,pja->kja", basis, walk.coefficients)
@@ -162,7 +162,7 @@ def test_the_walkers_that_ship_bring_others_nearer(walks: list[FourierRepresenta
 
 
 def test_the_walkers_that_ship_are_calibrated_by_a_few_people(walks: list[FourierRepresentation]) -> None:
-    """Nine people of one's own, each left out: nearer than the shipped walkers alone, with bars that hold."""
+    """Calibration on eight people reduces the errors of the shipped walkers, and the error bars cover the truth."""
     people, off, shares = walks[:9], {"alone": 0.0, "calibrated": 0.0}, []
     shipped = walk3d.walkers(1450.0)
     for number, walk in enumerate(people[:4]):

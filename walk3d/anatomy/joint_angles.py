@@ -19,12 +19,12 @@ from pipeline.skeleton import WALKER15
 from pipeline.validation import require_shape
 
 JOINT_ANGLES = ("hip", "knee", "shoulder", "elbow")
-"""Order of the joint angles; every angle has a left and a right value, in this order."""
+"""Names of the joint angles, in the order of all arrays of joint angles."""
 
 SIDES = ("left", "right")
 
 LIMBS = {"hip": ("hip", "knee", "ankle"), "shoulder": ("shoulder", "elbow", "wrist")}
-"""Joints along each limb: the key names the angle at the first joint.
+"""Joints along each limb, by the joint angle at the first of these joints.
 
 The angle at the middle joint has the name of that joint.
 """
@@ -47,7 +47,9 @@ def joints_of(angle: str) -> tuple[int, ...]:
 
 
 def flexion(positions: np.ndarray) -> np.ndarray:
-    """Return the flexion (…, 4, 2) of joints, radians; it is 0 for limbs that hang straight down.
+    """Return the flexion (…, 4, 2) of hips, knees, shoulders and elbows, radians, from joint positions (…, 15, 3).
+
+    The flexion of limbs that hang straight down is 0.
 
     The axis of length 4 has the order of `JOINT_ANGLES`; the last axis has the order left, right.
 
@@ -90,7 +92,7 @@ def _unit(vectors: np.ndarray) -> np.ndarray:
 
 
 def angle_errors(found: np.ndarray, true: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the root mean square error (…) over a cycle, with and without its constant offset, radians.
+    """Return the root mean square errors (…) of joint angles over a cycle, with and without their mean error, radians.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The anatomical reconstruction as a method to compare with the papers' approaches.
+"""Anatomical reconstruction as an additional method of the sweeps that compare reconstruction methods.
 
 It is added with ``sweep.methods=[…,anatomical]``.
 
@@ -24,9 +24,9 @@ from walk3d.anatomy.study.sweeps.held_out import CANDIDATES, Fold, People, mirro
 from walk3d.anatomy.study.sweeps.setting import anatomical_setting
 
 VIEWS_AT_A_TIME = 12
-"""Number of views whose arrays fit into the cache of a processor."""
+"""Number of views that are computed together, so that their arrays fit into a processor's cache."""
 MAX_LOG_RATIO = 100.0
-"""Largest logarithm of a likelihood ratio; larger logarithms are clamped to it."""
+"""Upper limit of the logarithm of a likelihood ratio."""
 
 
 class AnatomicalApproach:
@@ -39,16 +39,16 @@ class AnatomicalApproach:
         self._setting = anatomical_setting(options, self._people.harmonics)
 
     def fold(self, walk: int) -> Fold:
-        """Return the fold that is trained without the person who walks."""
+        """Return the models that are trained on everyone except the person of this walk."""
         people = self._people.model.people
         return self._people.fold(np.flatnonzero(people == self._data.person[walk])[0])
 
     def prior(self, walk: int) -> Prior:
-        """Return the prior that is trained without the person who walks."""
+        """Return the prior that is trained on everyone except the person of this walk."""
         return self.fold(walk).prior(self._setting)
 
     def missing(self, fold: Fold, walk: int, view_rad: np.ndarray) -> np.ndarray:
-        """Return the missing dimension (A, 1 + 2H, 15) of a walk from A views, mm.
+        """Return the reconstructed missing dimension (A, 1 + 2H, 15) of one walk from each of A views, mm.
 
         The prior is symmetric, so a left view equals the right view of the mirror image.  A symmetric grid therefore
         needs only half of its conditionals.  Joints that were not measured are hidden.
@@ -64,7 +64,7 @@ class AnatomicalApproach:
     def _fitted(
         self, fold: Fold, walkers: np.ndarray, view_rad: np.ndarray, hidden: np.ndarray
     ) -> np.ndarray:
-        """Return the missing dimension (A, M, 1 + 2H, 15) of M walkers from A views, mm."""
+        """Return the reconstructed missing dimension (A, M, 1 + 2H, 15) of M walks from each of A views, mm."""
         parts = []
         for part in np.array_split(view_rad, max(len(view_rad) // VIEWS_AT_A_TIME, 1)):
             (estimate,) = fold.reconstruct([self._setting], walkers, part, hidden=hidden)
@@ -74,7 +74,7 @@ class AnatomicalApproach:
         return np.swapaxes(np.concatenate(parts), -1, -2)
 
     def reconstruct(self, fold: HeldOut, walk: Walk, view_rad: np.ndarray) -> Reconstruction:
-        """Return the reconstruction of a walk from A views, with its eigenwalker coefficients."""
+        """Return the reconstruction of one walk from each of A views, with its eigenwalker coefficients."""
         walker = self._data.coefficients[walk.number]
         missing = self.missing(self.fold(walk.number), walk.number, view_rad)
         turned = view_rad[:, None, None]
@@ -85,15 +85,15 @@ class AnatomicalApproach:
         return Reconstruction(missing, camera.missing_dimension(walker, turned) - missing, coefficients)
 
     def estimate(self, walk: int, view_rad: np.ndarray) -> ViewEstimate:
-        """Return the estimated view angle of a walk for each of A views: the highest mode of its posterior.
+        """Return the estimated view angle of a walk in each of A views, which has the highest posterior probability.
 
         The costs are 1 and the likelihood ratio of this mode to the next one.
         """
         if self._data.unmeasured[walk].any():
             raise InvalidInput(
-                "the anatomical method needs all joints to estimate the view angle",
+                "the anatomical method estimates the view angle only of walks in which every joint was measured",
                 str(self._data.clip[walk]),
-                "a data.pattern without this clip",
+                "a data.pattern that does not match this clip",
                 code="joints_not_measured",
             )
         walker = anatomical.by_joint(self._data.coefficients[walk])

@@ -25,9 +25,9 @@ NORMAL_95 = 1.959963984540054
 PHASES = 8
 """Number of instants of the gait cycle at which error bars are compared with errors."""
 MIN_CALIBRATORS, MAX_CALIBRATORS = 10, 60
-"""Smallest number of walkers for a calibration, and largest number of walkers that it leaves out in turn."""
+"""Minimum number of walkers for a calibration of error bars, and maximum number of walkers that are left out for it."""
 MIN_SD_MM = 1e-6
-"""Standard deviation, mm, below which a coordinate counts as visible."""
+"""Standard deviation of a reconstructed coordinate, mm, below which the coordinate counts as visible in the image."""
 
 
 @shortened
@@ -54,12 +54,12 @@ class Reconstruction:
 
     @property
     def standard_deviation(self) -> np.ndarray:
-        """Standard deviations (5, 15, 3) of the coefficients, mm."""
+        """Standard deviations (5, 15, 3) of the reconstructed Fourier coefficients, mm."""
         variance = np.diagonal(np.diagonal(self.covariance, axis1=1, axis2=3), axis1=1, axis2=2)  # (15, 3, 5)
         return np.sqrt(np.maximum(np.moveaxis(variance, -1, 0), 0.0))
 
     def at_instants(self, instants: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return positions and half-widths of their 95 % error bars, each (K, 15, 3), mm, at K instants.
+        """Return joint positions and the half-widths of their 95 % error bars, each (K, 15, 3), mm, at K instants.
 
         The instants are equally spaced over the gait cycle.
 
@@ -74,7 +74,7 @@ class Reconstruction:
 def _at_instants(
     coefficients: np.ndarray, covariance: np.ndarray, instants: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return positions and standard deviations, each (K, 15, 3), mm, at K equally spaced instants."""
+    """Return joint positions and their standard deviations, each (K, 15, 3), mm, at K equally spaced instants."""
     basis = fourier.cycle_basis(fourier.equal_phases(instants), len(coefficients))
     variance = np.einsum("kp,japaq,kq->kja", basis, covariance, basis)
     return np.einsum("kp,pja->kja", basis, coefficients), np.sqrt(np.maximum(variance, 0.0))
@@ -83,7 +83,7 @@ def _at_instants(
 def covariance_of_map(
     model: LinearModel, view_angle_rad: float, hidden: np.ndarray, noise_variance: float
 ) -> np.ndarray:
-    """Return the posterior covariance (15, 3, 5, 3, 5), mm², of the missing coordinates under approach II.
+    """Return the posterior covariance (15, 3, 5, 3, 5), mm², of each joint's unknown Fourier coefficients under MAP.
 
     Parameters
     ----------
@@ -157,7 +157,7 @@ def of_unknown_laboratory(
     share: float = 1.0,
     known: Sequence[np.ndarray] = (),
 ) -> Reconstruction:
-    """Return the reconstruction of a walk from a laboratory that is not in the training data of a prior.
+    """Reconstruct a walk from one view with a prior that was learnt in other laboratories.
 
     The covariance is Laplace's approximation at the most probable walk.
 

@@ -41,7 +41,7 @@ class OtherLaboratories(AnatomicalApproach):
         self._complete = ~unmeasured.any(axis=1)
 
     def fold(self, walk: int) -> Any:
-        """Return None, because no prior is trained."""
+        """Return None, because the method uses a prior that was trained before."""
 
     def prior(self, walk: int) -> Prior:
         """Return the prior calibrated on everyone except the person whose walk is given."""
@@ -55,7 +55,7 @@ class OtherLaboratories(AnatomicalApproach):
         return calibrated(self._learnt, walker_mm, walks, heights)
 
     def missing(self, fold: Any, walk: int, view_rad: np.ndarray) -> np.ndarray:
-        """Return the missing dimension (A, 1 + 2H, 15) of a walk from A views, mm."""
+        """Return the reconstructed missing dimension (A, 1 + 2H, 15) of a walk from each of A views, mm."""
         prior, noise = self.prior(walk), self._setting.noise
         walker, hidden = anatomical.by_joint(self._data.coefficients[walk]), self._data.unmeasured[walk]
         tolerances = anatomical.tolerances(prior, within=self._setting.within, pairs=self._setting.pairs)

@@ -1,4 +1,4 @@
-"""External test: the average walker of zhang2007's second author, reconstructed by models of other people."""
+"""Test on external data: the average walker of zhang2007's second author, reconstructed by models of other people."""
 
 from pipeline.studies.study import Study
 from walk3d.author.errors import AverageWalkerErrors

@@ -89,7 +89,7 @@ class AverageWalkerErrors(Sweep):
     view_angle_deg: Swept = scaled(start=0, stop=90, step="view_step_deg")  # of the curves
 
     def further_files(self, data: Data) -> dict[str, Path]:
-        """Return the path of the walker's file, with the key ``walker``."""
+        """Return the path of the file with the outside walker, with the key ``walker``."""
         if self.walker:
             if not Path(self.walker).is_file():
                 raise InvalidInput(
@@ -103,7 +103,7 @@ class AverageWalkerErrors(Sweep):
         return {"walker": find_here(AVERAGE, data).path}
 
     def measure(self, inputs: AnatomicalInputs) -> OutsideErrors:
-        """Return the errors of all methods with models trained on all people, and of models without one person.
+        """Return the errors of all methods, with models of all people and with models that leave one person out.
 
         The models without one person give the intervals over the training people.
         """
@@ -133,7 +133,7 @@ class AverageWalkerErrors(Sweep):
 
 
 class _Test:
-    """Reconstruction of the outside walker by models of the training people."""
+    """Reconstruction of the outside walker by models that are trained on the data set."""
 
     def __init__(
         self, people: People, walker: FourierSamples, anybody: Setting, options: AverageWalkerErrors
@@ -145,7 +145,7 @@ class _Test:
         self.samples = linear_model.flatten(people.data.coefficients[tested][:, :5])
 
     def missing(self, fold: Fold, view_deg: np.ndarray, noise_mm2: float, *without: int) -> np.ndarray:
-        """Return the missing dimension (M, A, B, 15), mm, by M methods from A views.
+        """Return the reconstructed missing dimension (M, A, B, 15) of the outside walker by M methods from A views, mm.
 
         `noise_mm2` is sigma² of ``map_best``.
         """
@@ -168,7 +168,7 @@ class _Test:
         return linear_model.fit(np.delete(self.samples, without, axis=0), self.options.components)
 
     def best_noise(self, model: linear_model.LinearModel) -> float:
-        """Return the sigma², mm², for which the error of MAP, averaged over the error views, is smallest."""
+        """Return the sigma², mm², with the smallest mean error of MAP over the views of the error tables."""
         sample, view = linear_model.flatten(self.truth[None, :5])[0], np.radians(ERROR_VIEWS_DEG)
         deltas = [
             reconstruction.from_known_views(model, sample, view, noise_variance=noise).delta
@@ -179,7 +179,7 @@ class _Test:
     def errors(
         self, without: tuple[int, ...], view_deg: np.ndarray, noise_mm2: float = 0.0
     ) -> tuple[float, np.ndarray]:
-        """Return sigma² of ``map_best``, mm², and the RMS errors (M, A), mm, of M methods from A views.
+        """Return sigma², mm², of the method ``map_best``, and the RMS errors (M, A), mm, of M methods from A views.
 
         If the given sigma² is 0, the sigma² with the smallest error is selected.
         """
@@ -192,7 +192,7 @@ class _Test:
 
 
 def read_walker(path: Path, dataset: FourierDataset) -> tuple[FourierSamples, str]:
-    """Return the walk in a file, represented with the options of a dataset, and the source with its terms of use.
+    """Read a walk from a file; return its Fourier representation, and the walk's source with its terms of use.
 
     Raises
     ------
@@ -211,7 +211,7 @@ def read_walker(path: Path, dataset: FourierDataset) -> tuple[FourierSamples, st
 
 
 def _rows(error: np.ndarray, view_deg: np.ndarray) -> pd.DataFrame:
-    """Return a table of errors (M, A) with a row for each method and view."""
+    """Return errors (M, A) as a table with a row for each of M methods and A views."""
     return pd.DataFrame(
         {
             "method": np.repeat(METHODS, len(view_deg)),
@@ -222,7 +222,7 @@ def _rows(error: np.ndarray, view_deg: np.ndarray) -> pd.DataFrame:
 
 
 def _draws(error: np.ndarray, left_out: np.ndarray, generator: np.random.Generator) -> pd.DataFrame:
-    """Return a table of errors for resampled people, approximated from the leave-one-out errors (P, M, A)."""
+    """Return a table of errors for resampled training people, approximated from leave-one-out errors (P, M, A)."""
     count, logarithm = len(left_out), np.log(left_out)
     influence = (count - 1) * (logarithm.mean(axis=0) - logarithm)
     times = bootstrap.resampling_weights(count, generator, resamples=DRAWS)

@@ -51,7 +51,9 @@ class AverageWalkerFigure(Figure):
     instants: Count = 5  # instants of the cycle that are drawn
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table``, errors by method at four views with intervals over the training people, and more tables.
+        """Return tables of the errors by method and view, and of the missing variance by view.
+
+        ``table`` has the errors at four views, with intervals over the training people.
 
         ``table_draws`` has the resampled errors.  ``table_curve`` has the errors at all views, without intervals.
         ``table_variance`` has the missing variance of the walker and of the people, by view.
@@ -74,7 +76,10 @@ class AverageWalkerFigure(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Return charts of missing variance and errors against the view, and of errors with intervals at four views."""
+        """Return charts of the missing variance and of the errors by view.
+
+        The errors at four views have intervals.
+        """
         error = partial(
             Chart, **VIEW, y="rms_error_mm", by="method", styles=STYLES, zero=True, label="error in depth, RMS",
             picture=False,
@@ -112,7 +117,7 @@ class AverageWalkerFigure(Figure):
         )
 
     def draw(self, inputs: Inputs, tables: Tables, picture: Picture) -> None:
-        """Draw postures from each view like figure 4 of zhang2007, with the missing dimension along the horizontal."""
+        """Draw postures from each view as in figure 4 of zhang2007, with the missing dimension along the horizontal."""
         truth, times = inputs.sweep.posture_truth, np.arange(self.instants) / self.instants
         groups = []
         for number, method in enumerate(METHODS[1:], 1):
@@ -131,14 +136,17 @@ class AverageWalkerFigure(Figure):
 
 
 def _with_percent(rows: pd.DataFrame) -> pd.DataFrame:
-    """Add the error as a percentage of the average walker's error in the same resample and view."""
+    """Add a column with the error as a percentage of the average walker's error.
+
+    The average walker's error is that of the same resample and view.
+    """
     average = rows[rows["method"] == "average_walker"].set_index([DRAW, "view_angle_deg"])["rms_error_mm"]
     key = pd.MultiIndex.from_frame(rows[[DRAW, "view_angle_deg"]])
     return rows.assign(percent_of_average_walker=100.0 * rows["rms_error_mm"] / average.loc[key].to_numpy())
 
 
 def _variance_rows(variances: pd.DataFrame) -> pd.DataFrame:
-    """Return, for each view, the mean over the training people with its interval, and the walker's value."""
+    """Return the mean missing variance of the training people with its interval, and that of the walker, by view."""
     value = "missing_variance_mm2"
     rows = []
     for (is_walker, view), group in variances.groupby([variances["who"] == "walker", "view_angle_deg"]):

@@ -34,7 +34,9 @@ def write(
     parents: Sequence[int] | None = None,
     rest: np.ndarray | None = None,
 ) -> None:
-    """Write positions as BVH, centimetres: position and rotation (Z, X, Y) of each joint relative to its parent.
+    """Write joint positions to a BVH file, in centimetres.
+
+    Each joint has a position and a rotation (Z, X, Y) relative to its parent.
 
     A joint with one child turns by the smallest rotation that moves the child to its position.  A joint with several
     children turns by the rotation that fits them best, and one without children like its parent.  At rest, limbs have
@@ -117,7 +119,7 @@ def write(
 
 
 def _at_rest(vectors: np.ndarray) -> np.ndarray:
-    """Return one offset per point (P, 3): mean direction and mean length of the vectors (T, P, 3)."""
+    """Return one offset vector per point (P, 3), with the mean direction and mean length of vectors (T, P, 3)."""
     mean, length = vectors.mean(axis=0), np.linalg.norm(vectors, axis=-1).mean(axis=0)
     size = np.linalg.norm(mean, axis=-1)
     directed = size > 1e-6 * length
@@ -199,12 +201,12 @@ class Names(StrEnum):
 
 
 _LEG, _FOOT_FORWARD, _FOOT_DOWN, _TOES = 0.491, 0.075, 0.032, 0.04
-"""Lengths relative to the stature: leg, ankle to ball of the foot (forward and down), ball to toe tip."""
+"""Lengths relative to the stature: leg, ankle to ball of the foot (forward and down), and ball to tip of the toes."""
 _UP, _FORWARD, _LEFT = np.array([0.0, 1, 0]), np.array([0.0, 0, 1]), np.array([1.0, 0, 0])
 _DIRECTIONS = {"up": _UP, "down": -_UP, "left": _LEFT, "right": -_LEFT, "mean": np.full(3, np.nan)}
 
 _COLUMNS = (*Names, "parent", "start", "end", "share", "direction")
-"""Columns of the tables of joints: names of a joint, parent, start, end, share, and direction at rest.
+"""Columns of the table of a character's joints: names of the joint, parent, start, end, share, and direction at rest.
 
 The joint is at this share of the distance from start to end.
 """
@@ -227,14 +229,17 @@ left_hip      LeftUpLeg    LeftThigh    pelvis        left_hip      left_knee   
 left_knee     LeftLeg      LeftShin     left_hip      left_hip      left_knee     1  down
 left_ankle    LeftFoot     LeftFoot     left_knee     left_knee     left_ankle    1  down
 """
-"""Joints of a character, one per row, with the columns `_COLUMNS`. The names are ours, Mixamo's and Rokoko's.
+"""Table of the joints of a character, one joint per row, with the columns `_COLUMNS`.
 
-Our head joint is at the centre of the head; that of the other schemes is at the base of the skull."""
+The names are ours, Mixamo's and Rokoko's.
+
+Our head joint is at the centre of the head; that of the other schemes is at the base of the skull.
+"""
 
 
 @dataclass(frozen=True)
 class Character:
-    """Points of a character for animation.
+    """Joints of an animation character, with parents, positions and directions at rest.
 
     Attributes
     ----------
@@ -254,7 +259,7 @@ class Character:
 
 
 def character(positions: np.ndarray, names: Names) -> Character:
-    """Return the character of a walker with the given naming scheme, from joints (T, 15, 3), mm.
+    """Return a character with a naming scheme that moves like a walker, from joint positions (T, 15, 3), mm.
 
     The walker moves along z, with y up.
     """

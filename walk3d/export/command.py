@@ -1,4 +1,4 @@
-"""Export of motion to a file: a recording, or a walker of a figure as recorded and as reconstructed."""
+"""Command that exports a motion to a file: a recording, or a walker of a figure as recorded and as reconstructed."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Layout(StrEnum):
 
 
 class Shown(StrEnum):
-    """Motions of a figure that are written."""
+    """Choice of the motions of a figure's walker that are exported."""
 
     both = "both"
     original = "original"
@@ -48,7 +48,10 @@ class Shown(StrEnum):
 
 @dataclass
 class Export:
-    """Options of the command. If an option is None, `synthesised` uses a default."""
+    """Options of the command `export`.
+
+    If an option is None, `synthesised` uses a default.
+    """
 
     to: str = ""
     walker: str = ""
@@ -105,7 +108,7 @@ def export(arguments: Sequence[str]) -> Path:
 
 
 def recording(source: Path, options: Export) -> Motion:
-    """Return the points of a recording, or with ``skeleton=`` its joints with z up.
+    """Return the points of a recording; with the option ``skeleton``, return its joints with z upwards.
 
     The frame rate is reduced if ``frame_rate_hz=`` is lower than that of the recording.
 
@@ -149,7 +152,7 @@ def recording(source: Path, options: Export) -> Motion:
 
 
 def reconstruction(folder: Path, options: Export) -> Motion:
-    """Return a walker of a figure's folder, as recorded and as reconstructed from one view.
+    """Return a walker from the folder of a figure, as recorded and as reconstructed from one view.
 
     Names of reconstructed joints end in the method, e.g. ``left_knee_map``.  Names of joints that no marker gives, and
     that were estimated, end in ``_estimated``.
@@ -163,7 +166,7 @@ def reconstruction(folder: Path, options: Export) -> Motion:
 
 
 def synthesised(walks: Sequence[tuple[str, Walk]], options: Export) -> Motion:
-    """Return walkers as one motion with the requested number of cycles and frame rate.
+    """Return synthesised walkers as one motion, with the requested number of cycles and frame rate.
 
     The names of each walker's joints end in the suffix of this walker.
     """
@@ -187,7 +190,7 @@ def synthesised(walks: Sequence[tuple[str, Walk]], options: Export) -> Motion:
 
 
 def export_motion(arguments: Sequence[str]) -> int:
-    """Write a walker of a figure or a recording: export SOURCE [OPTION=VALUE ...] to=FILE.
+    """Export the motion of a recording or of a figure's walker to a file: export SOURCE [OPTION=VALUE ...] to=FILE.
 
     SOURCE is the folder of a figure (zhang2007_fig5, …) or of `reconstruct`, or a recording that can be read.
     to=FILE.c3d, .trc (OpenSim: y up, x forward), .bvh (y up, z forward), .csv (layout=long|wide) or .npz.

@@ -25,7 +25,7 @@ _Y_UP_FORWARD_Z = np.array([[-1.0, 0, 0], [0, 0, 1], [0, 1, 0]])
 
 @shortened
 class Motion:
-    """Moving points to write to a file.
+    """Motion of points over time, with the information that motion files need.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""The `reconstruct` command."""
+"""Command `reconstruct`, which reconstructs a 3D walk from a film or from keypoints."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The `model` command."""
+"""Command `model`, which trains a model of walkers."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def train_model(arguments: Sequence[str]) -> int:
         sentence = f"{people} people"
     elif folder.resolve() == model_file.SHIPPED:
         raise InvalidInput(
-            "must name a folder: too few people to train a model, and the shipped one must not be replaced",
+            "must name a folder: the data have too few people to train a model that replaces the shipped model",
             "output",
             f"output=… or more than {2 * training.components} people",
             people,

@@ -49,7 +49,7 @@ __all__ = [
 
 
 class _Function(ModuleType):
-    """Module type that can be called like a function: a call is passed to `of_motion`."""
+    """Module that can be called like the function `of_motion`."""
 
     __call__ = staticmethod(of_motion)
 

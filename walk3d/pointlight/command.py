@@ -31,7 +31,7 @@ from walk3d.pointlight import Noise, PointLights
 
 
 class Joints(StrEnum):
-    """Joints that are shown as dots."""
+    """Choice of the joints that are shown as dots."""
 
     all = "all"
     measured = "measured"
@@ -42,7 +42,7 @@ _UpToThousand = Annotated[float, bounded(above=0, at_most=1000)]
 
 @dataclass
 class WalkOptions:
-    """Options that select the walk."""
+    """Options of the command that select the walk."""
 
     harmonics: Annotated[int, bounded(at_least=1, at_most=10)] = 2
     gender: float | None = None
@@ -98,7 +98,9 @@ class FileOptions:
 
 @dataclass
 class Display(FileOptions, DisturbanceOptions, ViewOptions, WalkOptions):
-    """All options of the command. The name of an option ends in its unit; `point_lights` explains the options.
+    """All options of the command `pointlight`.
+
+    The name of an option ends in its unit; `point_lights` explains the options.
 
     Options without bounds are checked when the display is made.
     """
@@ -119,7 +121,7 @@ _NEEDED_OPTION = {
     "field": "noise_dots",
     "speed_mm_s": "translating",
 }
-"""Options that have no effect without a second option, mapped to this second option."""
+"""Options that have an effect only together with a second option, mapped to the second option."""
 
 USAGE = "pointlight RECORDING|FOLDER|synthetic|author [view_angle_deg=90] [inverted=true] [noise_dots=60] to=walker.svg"
 
@@ -131,7 +133,7 @@ _VIEW_OPTIONS = (
 
 
 def make(arguments: Sequence[str]) -> tuple[Path, str]:
-    """Write the display that the arguments select; return its path and a description.
+    """Write the point-light display that the arguments select; return its path and a description.
 
     Raises
     ------
@@ -142,7 +144,9 @@ def make(arguments: Sequence[str]) -> tuple[Path, str]:
     kind = kind_of(source, arguments, _KIND_OF_OPTION)
     for name, other in _NEEDED_OPTION.items():
         if any(item.startswith(f"{name}=") for item in arguments) and not getattr(options, other):
-            raise InvalidInput("has no effect alone", name, f"{other}=… as well", code="needs_another")
+            raise InvalidInput(
+                f"has no effect without {other}", name, f"{other}=… as well", code="needs_another"
+            )
     if Path(options.to).suffix.lower() in (".mp4", ".mov", ".webm", ".avi"):
         raise InvalidInput(
             "cannot write a video, since the package installs no video library",
@@ -160,7 +164,7 @@ def make(arguments: Sequence[str]) -> tuple[Path, str]:
 
 
 def _in_view(target: Path, walk: Walk, options: Display) -> str:
-    """Write the dots of a view to a file, and return a description of the display."""
+    """Write the dots of a walk, as seen from one view, to a file; return a description of the display."""
     hundredths = max(
         2, round(100 / options.frame_rate_hz)
     )  # duration of a GIF's frame, hundredths of a second
@@ -183,7 +187,7 @@ def _in_view(target: Path, walk: Walk, options: Display) -> str:
 
 
 def display(walk: Walk, options: Display) -> PointLights:
-    """Return the dots of a walk, with the selected manipulations and noise dots.
+    """Return the point-light dots of a walk, with the selected manipulations and noise dots.
 
     Every disturbance has a separate generator, so that one does not change the random numbers of another.
     """
@@ -222,7 +226,7 @@ def display(walk: Walk, options: Display) -> PointLights:
 
 
 def _walk(kind: str, path: Path, options: WalkOptions) -> Walk:
-    """Return the selected walker: synthetic, Troje's average walker, or from a figure, keypoints or a recording."""
+    """Return the walk to display: synthetic, Troje's average walker, or from a figure, keypoints or a recording."""
     harmonics = options.harmonics
     if kind == "synthetic":
         gender = options.gender or 0.0
@@ -258,7 +262,10 @@ def _walk(kind: str, path: Path, options: WalkOptions) -> Walk:
 
 
 def _speed(walk: Walk, options: ViewOptions) -> float:
-    """Return the speed, mm/s: 0 for a walk on the spot, otherwise the requested speed or the walk's speed."""
+    """Return the speed of the displayed walker, mm/s.
+
+    It is 0 for a walk on the spot, otherwise the requested speed or the walk's speed.
+    """
     if not options.translating:
         return 0.0
     if options.speed_mm_s is not None:
@@ -276,7 +283,7 @@ def _in_space(target: Path, walk: Walk, options: Display) -> str:
         if getattr(options, name):
             format_name = suffix.lstrip(".").upper()
             raise InvalidInput(
-                f"changes a view, but {format_name} stores three dimensions",
+                f"changes a view of the walk, but {format_name} files contain positions in three dimensions",
                 name,
                 "to=walker.csv",
                 code="view_alone",

@@ -1,4 +1,4 @@
-"""Dots of a walk in every frame, as they appear from a view: zhang2007 3.1, 3.5."""
+"""Point-light dots of a walk in every frame, as seen from one view: zhang2007 3.1, 3.5."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from pipeline.validation import require_finite, require_range, require_shape
 from walk3d.pointlight.files import PointLights
 
 MAX_FRAMES = 100_000
-"""Largest number of frames of a display."""
+"""Maximum number of frames of a point-light display."""
 _INSTANTS = 200
 """Number of instants of the cycle at which the step length is measured."""
 
 
 class _Options(TypedDict, total=False):
-    """Options of `walker`."""
+    """Keyword arguments of the function `walker`."""
 
     view_angle_rad: float
     cycles: float
@@ -41,7 +41,7 @@ def walker(
     speed_mm_s: float = 0.0,
     joints: np.ndarray | None = None,
 ) -> PointLights:
-    """Return the dots of a walk as they appear from a view.
+    """Return the point-light dots of a walk, as seen from one view.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def walking_speed(coefficients: np.ndarray, stride_hz: float) -> float:
 
 
 _RATE_HZ, _DURATION_S, _SEED = 60.0, 4.0, 2007
-"""Frame rate, Hz, duration, s, and random seed of the synthetic people who make up the average walkers."""
+"""Frame rate, Hz, duration, s, and random seed of the synthetic people behind the average walkers."""
 
 
 def synthetic_walker(gender: float = 0.0) -> tuple[np.ndarray, float]:

@@ -19,7 +19,7 @@ _MARGIN = 0.08
 
 @shortened
 class PointLights:
-    """Dots of a display.
+    """Dots of a point-light display, with their positions in every frame.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class PointLights:
 
 
 def pixels(lights: PointLights, height_px: int) -> tuple[np.ndarray, tuple[int, int]]:
-    """Return positions (T, P, 2), px, rightwards and downwards, and the picture's size (width, height), px.
+    """Return the dots' positions in a picture (T, P, 2), px, and the picture's width and height, px.
 
     Parameters
     ----------

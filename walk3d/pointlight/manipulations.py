@@ -15,7 +15,7 @@ MAX_DOTS = 2000
 
 
 class Noise(StrEnum):
-    """Kinds of noise dots, which differ in their motion."""
+    """Kinds of motion of the noise dots."""
 
     scrambled_walker = "scrambled_walker"
     """Each noise dot moves like a dot of the walker, at a random position and phase."""
@@ -29,7 +29,7 @@ def inverted(lights: PointLights) -> PointLights:
 
 
 def mirrored(lights: PointLights) -> PointLights:
-    """Return the display with left and right exchanged about the centre of its width."""
+    """Return the display with left and right exchanged, mirrored about its vertical centre line."""
     return _flipped(lights, 0)
 
 
@@ -41,7 +41,7 @@ def _flipped(lights: PointLights, axis: int) -> PointLights:
 
 
 def scrambled(lights: PointLights, generator: np.random.Generator) -> PointLights:
-    """Return the display with each dot's trajectory moved to a random position in the walker's bounding box.
+    """Return the display with each dot's trajectory shifted to a random position in the walker's bounding box.
 
     The motion of each dot does not change; its position is no longer informative.
     """
@@ -52,7 +52,7 @@ def scrambled(lights: PointLights, generator: np.random.Generator) -> PointLight
 def _moved_into(
     trajectories: np.ndarray, low: np.ndarray, high: np.ndarray, generator: np.random.Generator
 ) -> np.ndarray:
-    """Return trajectories (T, P, 2), each moved to a random position inside a rectangle."""
+    """Return trajectories (T, P, 2), each shifted to a random position inside a rectangle."""
     low_shift, high_shift = low - trajectories.min(axis=0), high - trajectories.max(axis=0)
     middle = (low_shift + high_shift) / 2  # a trajectory that does not fit is centred
     low_shift, high_shift = np.minimum(low_shift, middle), np.maximum(high_shift, middle)
@@ -79,7 +79,7 @@ def phase_scrambled(lights: PointLights, generator: np.random.Generator) -> Poin
 
 
 def _starting_at(trajectories: np.ndarray, first: np.ndarray) -> np.ndarray:
-    """Return looped trajectories (T, P, 2) that start at the given frames (P,), one frame for each dot."""
+    """Return looped trajectories (T, P, 2), each started at the frame that `first` (P,) contains for its dot."""
     frames, dots = trajectories.shape[:2]
     return trajectories[(np.arange(frames)[:, None] + first) % frames, np.arange(dots)]
 
@@ -87,7 +87,7 @@ def _starting_at(trajectories: np.ndarray, first: np.ndarray) -> np.ndarray:
 def limited_lifetime(
     lights: PointLights, generator: np.random.Generator, *, lifetime_frames: int, shown: int
 ) -> PointLights:
-    """Return a display with fewer dots than joints; after its lifetime, a dot moves to another joint.
+    """Return a display with fewer dots than joints, in which each dot moves to another joint after its lifetime.
 
     In every frame each dot is at a different joint.  Changes are staggered evenly over the lifetime.
 

@@ -10,7 +10,7 @@ from PIL import Image, ImageDraw
 from pipeline.validation import require_count
 
 _OVERSAMPLING = 4
-"""Number of pixels drawn along each axis per pixel of the file, so that dots move by fractions of a pixel."""
+"""Factor by which pictures are drawn larger than the file, so that dots move by fractions of a pixel."""
 
 
 def draw_gif(

@@ -21,7 +21,7 @@ BOUND = 3.0
 """Largest accepted distance of a posture from the mean, in standard deviations [section 4, figure 3d]."""
 
 FLOOR_SHARE = 0.01
-"""Smallest standard deviation, relative to the root mean square of all standard deviations.
+"""Lower bound on the standard deviations of an action model, relative to their root mean square.
 
 Without it, no new posture is accepted where all performances agree to rounding.
 """
@@ -50,7 +50,7 @@ class ActionModel:
 
 
 def learn(performances: np.ndarray) -> ActionModel:
-    """Learn the mean performance and the standard deviation at each posture (divisor M - 1).
+    """Learn an action model: the mean performance, and the standard deviation at each of its postures.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def learn(performances: np.ndarray) -> ActionModel:
     performances = _checked(performances)
     if len(performances) < 2:
         raise InvalidInput(
-            "one performance has no spread",
+            "a standard deviation cannot be learnt from one performance",
             expected="two or more",
             received="1",
             code="too_few_performances",
@@ -74,7 +74,7 @@ def learn(performances: np.ndarray) -> ActionModel:
     deviation = performances.std(axis=0, ddof=1)
     if not np.ptp(performances, axis=0).any():
         raise InvalidInput(
-            "the performances are all identical, so there is no spread to learn",
+            "all performances are identical, so their standard deviation is zero",
             expected="performances that differ",
             code="identical_performances",
         )
@@ -89,7 +89,7 @@ def learn(performances: np.ndarray) -> ActionModel:
 def accepted(
     model: ActionModel, postures: np.ndarray, *, at: int | None = None, bound: float = BOUND
 ) -> np.ndarray:
-    """Return True for postures at most `bound` standard deviations from the mean in every coordinate.
+    """Return True for each posture that is at most `bound` standard deviations from the mean in every coordinate.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ def accepted(
     if postures.shape[-mean.ndim :] != mean.shape:
         expected = ", ".join(map(str, mean.shape))
         raise InvalidInput(
-            "the postures do not match the action model",
+            "the shape of the posture array does not match the action model",
             expected=f"(…, {expected})",
             received=postures.shape,
             code="wrong_shape",
@@ -133,7 +133,7 @@ def sample(
     at: int | None = None,
     bound: float = BOUND,
 ) -> np.ndarray:
-    """Draw random postures within the bound: independent normal coordinates, truncated at the bound.
+    """Draw random postures from an action model, with normal coordinates truncated at `bound` standard deviations.
 
     Parameters
     ----------
@@ -171,7 +171,7 @@ def acceptance_left_out(
     groups: np.ndarray | None = None,
     bound: float = BOUND,
 ) -> np.ndarray:
-    """Return a mask (M, P) of the postures that are accepted by a model learnt without their performance.
+    """Return a mask (M, P) of the postures that an action model accepts when it is learnt without their performance.
 
     Parameters
     ----------
@@ -196,7 +196,7 @@ def acceptance_left_out(
         out = labels == label
         if (~out).sum() < 2:
             raise InvalidInput(
-                "fewer than two performances are left to learn from",
+                "too few performances remain to learn an action model",
                 f"without group {label}",
                 "two or more",
                 (~out).sum(),
@@ -230,13 +230,13 @@ def _checked(performances: np.ndarray) -> np.ndarray:
         performances = np.asarray(performances, float)
     except ValueError:
         raise InvalidInput(
-            "the performances are not of one length and dimension",
-            expected="synchronized ones, (M, P, b)",
+            "the performances differ in length or dimension",
+            expected="synchronized performances, (M, P, b)",
             code="mismatch",
         ) from None
     if performances.ndim != 3 or not performances.size:
         raise InvalidInput(
-            "no performances",
+            "the array of performances has the wrong shape",
             expected="(M, P, b)",
             received=performances.shape,
             code="wrong_shape",

@@ -1,4 +1,4 @@
-"""Learning of an action from postures: synchronization of the performances, then the action model.
+"""Learn an action model from postures: synchronize the performances, then compute mean and standard deviation.
 
 mozerov2006 sections 2 to 4 in one piece, as a tracker without one performance and the figures with all of them
 need it.  Every performance goes through the aSpace, linear normalisation, synchronization to the median sequence.
@@ -140,7 +140,7 @@ def mean_squared_deviation(performances: np.ndarray) -> float:
 def by_key_frames(
     raw: Sequence[np.ndarray], *, samples: int = 100, count: int = 5
 ) -> KeyFrameSynchronization:
-    """Synchronize the performances by key-frames, the method with which the paper compares its own.
+    """Synchronize performances by key-frames, the baseline of the paper.
 
     The result has the same number of frames between key-frames in all performances.
 
@@ -162,7 +162,7 @@ def by_key_frames(
 
 
 def variance_left(performances: np.ndarray) -> np.ndarray:
-    """Return the variance (P,) between performances at each sample, summed over dimensions (divisor M - 1).
+    """Return the variance (P,) between performances at each sample, summed over the dimensions of the aSpace.
 
     Parameters
     ----------

@@ -25,7 +25,7 @@ from pipeline.core.articulated_trajectory.limb_tree import LimbTree
 from pipeline.core.limb_chain import Chain
 
 _MARGIN = 1e-6
-"""Relative cost difference by which a combination of mirrors must beat another one with equal wrong flexion."""
+"""Relative cost difference that decides between two combinations of mirrored limbs with equally wrong flexion."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Hinge:
     sense: float
 
     def fits(self, chain: Chain) -> bool:
-        """Return True if the chain has this hinge.
+        """Return True if the chain contains the limbs and the axis of this hinge.
 
         The hinge needs the upper limb, the lower limb as its child, and both joints of the axis.
         """
@@ -68,7 +68,7 @@ HINGES = (
         for side in ("left", "right")
     ),
 )
-"""Hinges of WALKER15: knees and elbows."""
+"""Hinges of the 15-joint walker skeleton: knees and elbows."""
 
 
 def flexion(upper: np.ndarray, lower: np.ndarray, axis: np.ndarray, sense: float) -> np.ndarray:
@@ -96,7 +96,7 @@ def flexion(upper: np.ndarray, lower: np.ndarray, axis: np.ndarray, sense: float
 
 
 def wrong_share(bend: np.ndarray) -> float:
-    """Return the share of flexion in the wrong direction, from 0 to 1; 0.5 if the joint never flexes.
+    """Return the fraction of all flexion that is in the wrong direction, from 0 to 1; 0.5 if the joint never flexes.
 
     Parameters
     ----------
@@ -109,7 +109,8 @@ def wrong_share(bend: np.ndarray) -> float:
 
 
 def resolve_mirrors(hinge: Hinge, tree: LimbTree, choose: Callable[[LimbTree, str], LimbChoice]) -> LimbTree:
-    """Choose between limb and mirror for the two limbs at a hinge, so that the hinge flexes in the right direction.
+    """Choose for both limbs at a hinge between the best solution and its mirror image, so that the hinge flexes
+    correctly.
 
     Mirrors that cost more than `MARGIN_OF_DOUBT` times the best are out.  Of the others the combination with the
     smallest share of wrong flexion wins, and of equal ones the smoothest.

@@ -1,4 +1,4 @@
-"""Reconstruction of one limb from one camera: the smoothest trajectory that images and limb length allow.
+"""Reconstruction of one limb from one camera: the smoothest trajectory that fits the images and the limb length.
 
 park2011 section 3.2 for one limb whose parent's trajectory is known: rays meet the sphere about the parent
 (`articulation`), the programme chooses among the candidates (`binary_quadratic`), and the choice becomes angles in
@@ -27,12 +27,12 @@ from pipeline.shortened import shortened
 from pipeline.validation import require_range
 
 MARGIN_OF_DOUBT = MARGIN_GREEN_ABOVE
-"""Ratio of the mirror's cost to the best cost below which the mirror may be the true motion."""
+"""A limb counts as ambiguous if the cost of its mirror image is less than this multiple of the best cost."""
 
 
 @shortened
 class LimbChoice:
-    """Solution for one limb, with measures of its reliability.
+    """Reconstruction of one limb, with measures of its reliability.
 
     Attributes
     ----------
@@ -88,18 +88,18 @@ class LimbChoice:
 
     @cached_property
     def _turning(self) -> np.ndarray:
-        """Mask (F,) of the used frames whose candidate differs from the parent, so that it has a direction."""
+        """Mask (F,) of the used frames in which joint and parent do not coincide, so that the limb has a direction."""
         sizes = np.linalg.norm(self.chosen, axis=1)
         return self.used & (sizes > 1e-9 * max(self.hits.radius, 1.0))
 
     @cached_property
     def mirror(self) -> LimbChoice:
-        """The same limb with the signs of the mirror solution."""
+        """Reconstruction of this limb mirrored in depth, with the opposite depth sign in each frame."""
         return select_signs(self.hits, self.solution, self.used, self.basis, mirrored=not self.mirrored)
 
     @property
     def crossing(self) -> float:
-        """Length that the rays require, divided by the length of the limb.
+        """Ratio of the length that the image rays require to the assumed length of the limb.
 
         The ratio is about 1, or less for a limb that is too long.
 
@@ -110,7 +110,7 @@ class LimbChoice:
 
     @property
     def undecided(self) -> bool:
-        """True if the mirror is nearly as plausible as the solution; always true for parallel rays (margin 1)."""
+        """True if the mirror solution is nearly as plausible as the best solution; always true for parallel rays."""
         return bool(self.solution.margin < MARGIN_OF_DOUBT)
 
 
@@ -147,7 +147,7 @@ def solved(
     noise_px: float = 0.0,
     time_limit_s: float = 1.0,
 ) -> tuple[RayHits, BinarySolution]:
-    """Return the candidates of one limb in each frame, and the best choice between them [park2011 12].
+    """Return the two candidate positions of a joint in each frame, and the smoothest choice among them [park2011 12].
 
     Parameters
     ----------
@@ -187,7 +187,7 @@ def solved(
 def select_signs(
     hits: RayHits, solution: BinarySolution, used: np.ndarray, basis: TrajectoryBasis, *, mirrored: bool
 ) -> LimbChoice:
-    """Return the choice for a limb with the signs of a solution, or with the signs of its mirror.
+    """Return the reconstruction of a limb with the depth signs of the best solution, or of its mirror image.
 
     Parameters
     ----------
@@ -208,7 +208,9 @@ def select_signs(
 
 
 def _tangent_within(cameras: np.ndarray, parents: np.ndarray, hits: RayHits, noise_px: float) -> float:
-    """Return the half chord, mm, below which image noise decides the sign: sqrt(2 r sigma)."""
+    """Return half the distance between two candidates, mm, below which image noise hides the depth sign: sqrt(2 r
+    sigma).
+    """
     if require_range("noise_px", noise_px, at_least=0.0, unit="px") == 0.0:
         return 0.0
     matrices = np.broadcast_to(cameras, (len(parents), 3, 4))

@@ -1,4 +1,4 @@
-"""Limbs that have been chosen for a skeleton, each attached to the end of its parent (park2011 section 2)."""
+"""Reconstructed limbs of a skeleton, each attached to the end of its parent limb (park2011 section 2)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,9 @@ from pipeline.core.limb_chain import Chain
 
 @dataclass(frozen=True)
 class LimbTree:
-    """Choices for some limbs of a chain, from the root outwards.  Immutable: methods return new trees.
+    """Reconstructions of some limbs of a skeleton, from the root outwards.
+
+    The tree is immutable: its methods return new trees.
 
     Attributes
     ----------
@@ -43,7 +45,9 @@ class LimbTree:
         return self.end(self.chain.ways[joint][-1]) + choice.hits.radius * choice.directions
 
     def placed(self, limb: str, choice: LimbChoice) -> LimbTree:
-        """Return the tree with this choice for a limb, without the earlier choices for the limb's descendants."""
+        """Return the tree with a new reconstruction of one limb, and without the earlier ones of the limb's
+        descendants.
+        """
         unchanged = {
             name: other for name, other in self.choices.items() if limb not in (name, *self.chain.ways[name])
         }
@@ -70,5 +74,5 @@ class LimbTree:
 
     @property
     def lengths(self) -> np.ndarray:
-        """Lengths (L,) of all limbs after adjustment to the rays, mm."""
+        """Limb lengths (L,), mm, after adjustment to the image rays."""
         return np.array([self.choices[limb].hits.radius for limb in self.chain.limbs])

@@ -1,4 +1,4 @@
-"""Choice between limbs and mirrors by the images, after all limbs are refined together (beyond park2011 3.2).
+"""Choice between limbs and their mirror images by the reprojection error of the whole skeleton (beyond park2011 3.2).
 
 The programme judges every limb alone, by what the trajectory basis leaves of its candidates.  Where a ray nearly
 touches the sphere, noise of the image is multiplied in them, so that with noise the mirror is often the smoother of
@@ -16,7 +16,7 @@ from pipeline.core.articulated_trajectory.limb_tree import LimbTree
 from pipeline.validation import InvalidInput
 
 MARGIN = 1e-6
-"""Relative reduction of the cost, above rounding error, that is needed to accept a mirror."""
+"""Relative cost reduction, beyond rounding error, that is needed to accept the mirror image of a limb."""
 
 
 def better_mirrors(
@@ -24,7 +24,7 @@ def better_mirrors(
     choose: Callable[[LimbTree, str], LimbChoice],
     cost: Callable[[LimbTree], float],
 ) -> LimbTree:
-    """Return the tree in which limbs are mirrored if the mirror reduces the cost of the refined tree.
+    """Return the skeleton in which a limb is mirrored in depth wherever this reduces the cost after refinement.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def better_mirrors(
 def _chosen_anew(
     start: LimbTree, mirrored: frozenset[str], choose: Callable[[LimbTree, str], LimbChoice]
 ) -> LimbTree:
-    """Choose all limbs again, from the root outwards, with the limbs of a given set mirrored."""
+    """Reconstruct all limbs again, from the root outwards, with a given set of limbs mirrored in depth."""
     tree = LimbTree(start.chain, start.root)
     for limb in start.chain.limbs:
         choice = choose(tree, limb)

@@ -36,13 +36,13 @@ from pipeline.shortened import shortened
 from pipeline.validation import InvalidInput, require_range, require_shape
 
 Place = tuple[str, tuple[bool, ...]]
-"""Key of a cached choice: a limb, and for each limb between the root and this limb whether it is mirrored."""
+"""Key of a cached limb reconstruction: the limb, and which limbs between the root and this limb are mirrored."""
 
 COMPARING = 10
-"""Number of refinement steps for the comparison of mirrors; more steps rarely change the outcome."""
+"""Number of refinement steps in a comparison of mirror images; more steps rarely change the outcome."""
 
 MOST_STEPS = 500
-"""Largest number of steps of the final refinement; most refinements end after 20 to 50 steps."""
+"""Largest number of steps of the final refinement; most refinements need only 20 to 50 steps."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class Options:
     time_limit_s: float = 0.5
 
     def of_each_limb(self) -> Options:
-        """Return the options for the choice of single limbs, without hinges, mirrors and refinement."""
+        """Return a copy of the options for independent limbs: no hinges, no mirror images, no refinement."""
         return replace(self, use_hinges=False, try_mirrors=False, refine=False)
 
 
@@ -136,7 +136,7 @@ def prepared(
     chain: Chain = WALKER14,
     frame_rate_hz: float | None = None,
 ) -> Reconstruction:
-    """Check the inputs for a skeleton; the result can be reconstructed with several options.
+    """Check the inputs for the reconstruction of a skeleton, and return them as a `Reconstruction`.
 
     `Reconstruction.under` changes the options and keeps the choices that still apply.
 
@@ -147,7 +147,7 @@ def prepared(
     require_range("frames", len(images), at_least=3)
     if not isinstance(camera, Pinhole):
         raise InvalidInput(
-            "must be a Pinhole",
+            "must be a Pinhole camera",
             "camera",
             "intrinsics, rotation, centre",
             type(camera).__name__,
@@ -155,7 +155,7 @@ def prepared(
         )
     if camera.frames not in (None, len(images)):
         raise InvalidInput(
-            "must be one, or one for each frame",
+            "must be one camera for the whole clip, or one for each frame",
             "camera",
             received=camera.frames,
             code="frames_disagree",
@@ -167,7 +167,7 @@ def prepared(
     if options.basis is None:
         if frame_rate_hz is None:
             raise InvalidInput(
-                "the number of cosines is not known",
+                "cannot choose the number of cosines without a frame rate or a basis",
                 "frame_rate_hz",
                 "the clip's frame rate, or Options(basis=TrajectoryBasis(n))",
                 "neither",
@@ -179,7 +179,7 @@ def prepared(
 
 @shortened
 class Reconstruction:
-    """Inputs and options for the reconstruction of a skeleton; the arrays are those of `reconstruct`.
+    """Inputs and options for the reconstruction of a skeleton, with cached solutions of its limbs.
 
     Attributes
     ----------
@@ -206,13 +206,13 @@ class Reconstruction:
     starts: dict[int, tuple[LimbChoice, SphericalTrajectory]] = field(default_factory=dict)
 
     def under(self, options: Options) -> Reconstruction:
-        """Return the same skeleton with other options; choices that the changed options do not affect are reused."""
+        """Return the reconstruction with other options; cached limb solutions that remain valid are reused."""
         if options.of_each_limb() == self.options.of_each_limb():
             return replace(self, options=options)
         return replace(self, options=options, choices={}, starts={})
 
     def with_lengths(self, lengths: np.ndarray) -> Reconstruction:
-        """Return the same skeleton with other limb lengths (L,), mm."""
+        """Return the reconstruction with other limb lengths (L,), mm."""
         if np.array_equal(lengths, self.lengths):
             return self
         return replace(self, lengths=lengths, choices={}, starts={})
@@ -227,7 +227,7 @@ class Reconstruction:
         return self.camera.matrix
 
     def whole(self) -> Articulated:
-        """Reconstruct all limbs of the skeleton, and refine them if the options say so."""
+        """Reconstruct all limbs of the skeleton, and refine them together if the options request it."""
         tree = self.chosen()
         if self.options.try_mirrors:
             # What was read off the rays stays as it is, or trees would be compared that have not the same unknowns.
@@ -251,7 +251,7 @@ class Reconstruction:
         return dict(zip(self.chain.joints, distances.T, strict=True))
 
     def upside_down(self) -> dict[str, np.ndarray]:
-        """Return the reprojection errors, px, of the skeleton reconstructed from inverted images.
+        """Return the reprojection errors, px, of a skeleton that is reconstructed from the vertically flipped images.
 
         They are infinite if there is no solution.
 
@@ -274,7 +274,7 @@ class Reconstruction:
             return {self.chain.root: np.array([np.inf])}
 
     def chosen(self) -> LimbTree:
-        """Return the choices for the limbs, made one by one from the root to the leaves."""
+        """Return the reconstructions of all limbs, computed one by one from the root to the leaves."""
         tree = LimbTree(self.chain, self.root)
         for limb in self.chain.limbs:
             tree = tree.placed(limb, self.choose(tree, limb))
@@ -285,7 +285,7 @@ class Reconstruction:
         return tree
 
     def choose(self, tree: LimbTree, limb: str) -> LimbChoice:
-        """Return the choice for a limb whose parent limb is in the tree."""
+        """Return the reconstruction of a limb whose parent limb is already reconstructed."""
         way = self.chain.ways[limb][1:]
         branch = (limb, tuple(tree.choices[joint].mirrored for joint in way))
         if np.isnan(self.lengths).any():
@@ -311,9 +311,9 @@ class Reconstruction:
             nearest = np.linalg.norm(choice.hits.middle[choice.used], axis=1).min()
             if nearest > 2.0 * length > 0.0:
                 raise InvalidInput(
-                    "all rays miss the limb",
-                    expected="lengths in the unit of the root and of the cameras' centres",
-                    received=f"a length of {length:g}, and {nearest:g} at least from the ray to its parent",
+                    "all image rays pass the limb's parent joint at more than twice the limb length",
+                    expected="length, root and camera centres in one unit",
+                    received=f"a length of {length:g}, a smallest distance of {nearest:g}",
                     code="rays_miss_limb",
                 )
             return choice
@@ -328,7 +328,7 @@ class Reconstruction:
             ) from None
 
     def refined(self, tree: LimbTree, max_iterations: int) -> Refinement:
-        """Refine all limbs of a tree together."""
+        """Refine all limbs of a skeleton together by their reprojection error."""
         names = (self.chain.root, *self.chain.limbs)
         basis = self._basis
         rows = cosine_basis(len(self.images), basis.components)
@@ -353,14 +353,14 @@ class Reconstruction:
 
     @property
     def _order(self) -> list[int]:
-        """Indices, in the list of joints, of the root and of the end of each limb."""
+        """Indices, in the chain's list of joints, of the root and of the end of each limb."""
         return [self.chain.joints.index(name) for name in (self.chain.root, *self.chain.limbs)]
 
     def _seen(self, limb: str) -> np.ndarray:
         return self.images[:, self.chain.joints.index(limb)]
 
     def _length(self, tree: LimbTree, limb: str) -> float:
-        """Return the length of a limb, mm: the given length, or the length that the rays require if it is NaN."""
+        """Return the length of a limb, mm: the given length, or an estimate from the image rays if it is NaN."""
         lengths = dict(zip(self.chain.limbs, self.lengths, strict=True))
         if not np.isnan(lengths[limb]):
             return lengths[limb]

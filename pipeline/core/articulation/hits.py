@@ -27,11 +27,11 @@ Adjustment = StrEnum("Adjustment", ["per_frame", "global", "robust"])
 Adjustment.__doc__ = """Treatment of a ray that misses the sphere of a limb."""
 
 ROBUST_QUANTILE = 0.95
-"""Share of the rays that reach the sphere after a robust adjustment of its radius."""
+"""Fraction of the image rays that reach the sphere after a robust adjustment of its radius."""
 
 
 class RayStatus(IntEnum):
-    """Result of intersecting the ray of a frame with the sphere of the limb.
+    """Result of intersecting the image ray of one frame with the sphere of possible joint positions.
 
     TWO: two candidates in front of the camera.  TANGENT: one, as the ray touches the sphere, or misses it and the
     radius was adjusted in this frame.  FORCED: the near candidate is behind the camera, so it is the far one.
@@ -47,7 +47,7 @@ class RayStatus(IntEnum):
 
 @shortened
 class RayHits:
-    """The two candidates ``middle + s half_chord`` in every frame, relative to the parent.
+    """The two candidate positions of a joint in each frame, ``middle ± half_chord``, relative to its parent joint.
 
     Frames that are missing or dropped are NaN.
 
@@ -73,24 +73,24 @@ class RayHits:
 
     @property
     def usable(self) -> np.ndarray:
-        """Mask (F,) of frames with a candidate in front of the camera."""
+        """Mask (F,) of the frames with a candidate position in front of the camera."""
         return self.status <= RayStatus.FORCED
 
     @property
     def far(self) -> np.ndarray:
-        """Far candidates (F, 3), s = +1, relative to the parent, mm."""
+        """Candidate positions (F, 3) farther from the camera, relative to the parent joint, mm."""
         return self.middle + self.half_chord
 
     @property
     def near(self) -> np.ndarray:
-        """Near candidates (F, 3), s = -1, relative to the parent, mm.
+        """Candidate positions (F, 3) nearer to the camera, relative to the parent joint, mm.
 
         They are behind the camera in frames whose sign is forced.
         """
         return self.middle - self.half_chord
 
     def chosen(self, signs: np.ndarray) -> np.ndarray:
-        """Return the candidates (F, 3) that the signs (F,) select, relative to the parent, mm [park2011 10, 11].
+        """Return the candidate positions (F, 3) selected by signs (F,), relative to the parent, mm [park2011 10, 11].
 
         With b = (1 + s) / 2, the blocks of E are 2 u and those of F are m - u.
 
@@ -107,7 +107,7 @@ class RayHits:
         return self.middle + signs[:, None] * self.half_chord
 
     def resolved(self) -> RayHits:
-        """Replace both candidates by the far candidate in frames where the near one is behind the camera.
+        """Replace both candidates by the far candidate in frames whose near candidate is behind the camera.
 
         Whatever signs are chosen, none of the candidates then lies behind its camera.
         """
@@ -162,7 +162,7 @@ def ray_sphere(
 
 
 def on_sphere(rays: Rays, radius: float, *, adjust: Adjustment = Adjustment.per_frame) -> RayHits:
-    """Intersect given rays with a sphere, as `ray_sphere` does; the same rays can serve for several radii.
+    """Intersect precomputed rays with a sphere, as `ray_sphere` does, so that several radii can share the rays.
 
     Parameters
     ----------
@@ -182,9 +182,9 @@ def on_sphere(rays: Rays, radius: float, *, adjust: Adjustment = Adjustment.per_
     reachable = rays.ahead > -_half(radius, distance)  # False where NaN
     if not reachable.any():
         raise InvalidInput(
-            "no ray meets the sphere in front of its camera",
-            expected="a frame with image, camera and parent",
-            received=f"{(~finite).sum()} of {len(finite)} frames missing, {finite.sum()} behind the camera",
+            "no image ray meets the sphere around the parent joint in front of the camera",
+            expected="a frame with an image of the joint, a camera and a parent position",
+            received=f"{(~finite).sum()} of {len(finite)} frames without data, {finite.sum()} with the joint behind",
             code="no_ray_hits",
             missing=(~finite).sum(),
             behind=finite.sum(),
@@ -207,7 +207,7 @@ def on_sphere(rays: Rays, radius: float, *, adjust: Adjustment = Adjustment.per_
 
 
 def _half(radius: float, distance: np.ndarray) -> np.ndarray:
-    """Return half the chord (F,) in which rays at a distance from the centre cross a sphere; 0 for rays that miss it.
+    """Return half the length (F,) of the chord that a sphere cuts from each ray; 0 for rays that miss the sphere.
 
     As (r - d)(r + d), not r^2 - d^2: nearly tangent rays carry the information.
     """

@@ -29,15 +29,15 @@ import numpy as np
 from pipeline.validation import InvalidInput, require_range, require_shape
 
 _NO_CENTRE = 1e-12
-"""Sine of the angle between image plane and viewing direction below which a camera has no centre."""
+"""Sine of the angle between viewing direction and image plane below which a camera matrix counts as degenerate."""
 
 _AT_JOINT_MM = 1e-3
-"""Distance between camera and parent below which rays do not constrain the limb."""
+"""Distance between camera centre and parent joint, mm, below which rays do not constrain the limb."""
 
 
 @dataclass(frozen=True)
 class Rays:
-    """Rays in F frames, relative to the parent joint; NaN where an input is missing.
+    """Rays through the images of a joint in F frames, relative to its parent joint; NaN where an input is missing.
 
     Attributes
     ----------
@@ -55,12 +55,12 @@ class Rays:
 
     @property
     def distance(self) -> np.ndarray:
-        """Distance (F,) between ray and parent, mm: the smallest limb length that is possible in each frame."""
+        """Distance (F,) between ray and parent joint, mm, which is the smallest possible limb length in each frame."""
         return np.linalg.norm(self.middle, axis=-1)
 
     @property
     def axis(self) -> np.ndarray:
-        """Unit direction (F, 3) from camera to parent, or the direction of the ray if the camera is parallel."""
+        """Unit direction (F, 3) from camera to parent joint, or the common ray direction of a parallel projection."""
         parallel = np.isinf(self.ahead)[:, None]
         towards = np.where(parallel, 1.0, self.ahead[:, None]) * self.direction
         towards = np.where(parallel, towards, towards - self.middle)
@@ -68,7 +68,7 @@ class Rays:
 
 
 def cast_rays(cameras: np.ndarray, pixels: np.ndarray, parents: np.ndarray) -> Rays:
-    """Return the rays through the pixels, relative to the parents [park2011 8].
+    """Return the rays through the pixels of a joint, relative to its parent joint [park2011 8].
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ def cast_rays(cameras: np.ndarray, pixels: np.ndarray, parents: np.ndarray) -> R
     at_joint = np.hypot(np.linalg.norm(m, axis=1), ahead) < _AT_JOINT_MM
     if at_joint.any():
         raise InvalidInput(
-            "the camera stands at the parent joint",
+            "the camera centre coincides with the parent joint",
             f"frame {frames[at_joint.argmax()]}",
             code="camera_at_parent",
         )
@@ -114,7 +114,7 @@ def cast_rays(cameras: np.ndarray, pixels: np.ndarray, parents: np.ndarray) -> R
 
 
 def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return vector products (n, 3), several times as fast as NumPy's `cross` for short arrays."""
+    """Return the cross products (n, 3) of short arrays of vectors, several times faster than NumPy's `cross`."""
     (ax, ay, az), (bx, by, bz) = a.T, b.T
     return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=1)
 
@@ -130,7 +130,7 @@ def _by_frame(cameras: np.ndarray, pixels: np.ndarray, parents: np.ndarray) -> t
 
 
 def _determinant(M: np.ndarray, p4: np.ndarray, parallel: np.ndarray, frames: np.ndarray) -> np.ndarray:
-    """Return det M (n,) of the cameras of these frames; raise InvalidInput for a camera without rays."""
+    """Return the determinants (n,) of the left 3 x 3 blocks of camera matrices, after checking that they are valid."""
     across = _cross(M[:, 0], M[:, 1])
     det = (across * M[:, 2]).sum(axis=1)
     sizes = np.linalg.norm(M, axis=2)

@@ -1,4 +1,4 @@
-"""Choice between two candidates in each frame: the binary quadratic programme (park2011 section 3.2)."""
+"""Choice between the two candidate positions of a joint in each frame: a binary quadratic programme (park2011 3.2)."""
 
 from pipeline.core.binary_quadratic.solve import BinarySolution, minimise
 

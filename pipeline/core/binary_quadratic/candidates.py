@@ -1,4 +1,4 @@
-"""The binary quadratic programme of a limb, from its candidates and a trajectory basis (park2011 section 3.2).
+"""Binary quadratic programme of one limb, from its candidate positions and a trajectory basis (park2011 section 3.2).
 
 Symbols
 -------
@@ -29,17 +29,17 @@ from pipeline.core.binary_quadratic import kernels
 from pipeline.validation import InvalidInput, require_range, require_shape
 
 TABLE = 256
-"""Largest number of frames for which the matrix A is stored as a table; with more frames a table is slower."""
+"""Largest number of frames for which the matrix of the quadratic form is stored; for longer clips storing is slower."""
 
 _ORTHONORMAL = 1e-12
-"""Magnitude below which all entries of G are rounding errors, so that the basis counts as orthonormal."""
+"""Magnitude of the entries of I - B^T B below which the basis B counts as orthonormal."""
 
 _NORM = 1e-9
 """Tolerance by which the squared spectral norm of a basis may exceed one."""
 
 
 class Programme(NamedTuple):
-    """Binary quadratic programme in the form that the kernels need: checked, contiguous and read-only.
+    """Binary quadratic programme of one limb as validated, contiguous, read-only arrays for the compiled kernels.
 
     Attributes
     ----------
@@ -82,16 +82,16 @@ class Programme(NamedTuple):
 
     @property
     def weight(self) -> np.ndarray:
-        """Squared half chord (F,), mm², in frames with a free sign; zero in other frames."""
+        """Squared half distance (F,) between the two candidates, mm²; zero in frames whose sign is not free."""
         return np.where(self.kind == 0, np.square(self.half_chord).sum(axis=1), 0.0)
 
     def objective(self, values: np.ndarray) -> float:
-        """Return the cost J, mm², of signs (F,), or of values between -1 and +1 [park2011 12]."""
+        """Return the cost J, mm², of signs (F,), or of relaxed values between -1 and +1 [park2011 12]."""
         z = np.empty((3, self.basis.shape[1]))
         return kernels.cost(self, np.asarray(values, float), z)
 
     def allowance(self, objective: float) -> float:
-        """Return the largest rounding error, mm², of a cost J, or of its lower bound, near `objective`.
+        """Return the largest possible rounding error, mm², of a cost J, or of its lower bound, near `objective`.
 
         Notes
         -----
@@ -101,7 +101,9 @@ class Programme(NamedTuple):
         return kernels.allowance_of(sum(self.basis.shape), self.size, objective)
 
     def with_relaxed(self, values: np.ndarray) -> np.ndarray:
-        """Return `values` (F,) with the relaxed frames set to their optimal values."""
+        """Optimise the continuous values, between -1 and +1, of the relaxed frames; return the values of all frames
+        (F,).
+        """
         best = np.array(values, float)
         relaxed = self.kind == kernels.RELAXED
         if relaxed.any():
@@ -117,7 +119,7 @@ class Programme(NamedTuple):
 def programme_of(
     basis: np.ndarray, middle: np.ndarray, half_chord: np.ndarray, *, relax_below: float = 0.0
 ) -> Programme:
-    """Return the binary quadratic programme for given candidates; all arrays are checked and copied.
+    """Return the binary quadratic programme of candidate positions, after checking and copying all arrays.
 
     Parameters
     ----------
@@ -136,7 +138,7 @@ def programme_of(
     basis, middle, half_chord = (np.array(value, float, order="C") for value in (basis, middle, half_chord))
     if basis.ndim != 2 or not 1 <= basis.shape[1] <= len(basis):
         raise InvalidInput(
-            "the basis is not one of frames by components",
+            "the trajectory basis has the wrong shape",
             expected="shape (F, K), K <= F",
             received=basis.shape,
             code="wrong_shape",
@@ -148,9 +150,9 @@ def programme_of(
         require_shape(name, array, (frames, components if name == "basis" else 3))
         if (missing := ~np.isfinite(array).all(axis=1)).any():
             raise InvalidInput(
-                f"the {name} is missing",
+                f"the array {name} is not finite",
                 "all frames" if missing.all() else f"frame {np.argmax(missing)}",
-                "finite numbers: leave missing frames out, and their rows of the basis",
+                "finite numbers; leave out frames without data, and their rows of the basis",
                 code="not_finite",
                 array=name,
             )
@@ -161,8 +163,8 @@ def programme_of(
     elif not _positive(excess + _NORM * np.eye(components)):
         norm = np.linalg.norm(basis, ord=2)
         raise InvalidInput(
-            "the basis is not orthonormal, nor softer than that",
-            expected="columns of spectral norm at most 1",
+            "the spectral norm of the trajectory basis is above 1",
+            expected="a spectral norm of at most 1",
             received=f"{norm:.6g}",
             code="not_orthonormal",
             norm=norm,
@@ -183,7 +185,7 @@ def programme_of(
 
 
 def _positive(matrix: np.ndarray) -> bool:
-    """Return True if a symmetric matrix has a Cholesky factor."""
+    """Return True if a symmetric matrix is positive definite, as shown by a Cholesky factorization."""
     try:
         np.linalg.cholesky(matrix)
     except np.linalg.LinAlgError:

@@ -1,4 +1,4 @@
-"""Fast search for good signs, without proof that they are optimal (park2011 section 3.2).
+"""Fast heuristic search for depth signs of low cost, without a proof of optimality (park2011 section 3.2).
 
 Symbols are those of `candidates`.  Smooth paths through the candidates are found by dynamic programming, on first and
 on second differences and on both; they and their mirrors -s are then improved by flipping single frames and windows of
@@ -13,27 +13,27 @@ from pipeline.core.binary_quadratic import kernels
 from pipeline.core.binary_quadratic.candidates import Programme
 
 DIFFERENCES = ((1.0, 0.0), (0.0, 1.0), (0.1, 1.0))
-"""Weights of the squared first and second differences of the initial paths."""
+"""Weights of the squared first and second differences that define smooth initial trajectories."""
 
 LONGEST = 60
-"""Largest number of frames in a window that is flipped.
+"""Largest number of consecutive frames whose signs are flipped together.
 
 Windows that begin at the first frame or end at the last frame may have any length.
 """
 
 NEARLY = 1.5
-"""Largest J of a start, relative to the least J of all starts, that is improved further by flips of windows."""
+"""Largest cost of an initial solution, relative to the cheapest one, at which windows of its signs are also flipped."""
 
 
 def mirrored(programme: Programme, values: np.ndarray) -> np.ndarray:
-    """Return the mirror (F,) of signs: -s in frames with a free sign, s in other frames."""
+    """Return the mirror solution (F,): opposite signs in frames with a free sign, unchanged values in other frames."""
     return np.where(programme.kind == 0, -values, values)
 
 
 def descend(
     programme: Programme, values: np.ndarray, *, longest: int, away_from: np.ndarray | None = None
 ) -> tuple[np.ndarray, float]:
-    """Return signs (F,) that no flip of a frame or window improves, and their cost J, mm².
+    """Return signs (F,) that flipping one frame or a window of frames cannot improve, and their cost J, mm².
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def descend(
 
 
 def search(programme: Programme) -> np.ndarray:
-    """Return the best signs (F,) found from all starting points.
+    """Return the cheapest signs (F,) that local search finds from several initial solutions.
 
     A later start counts only if it is better by `kernels.MARGIN`, so that rounding does not choose between equals.
     """

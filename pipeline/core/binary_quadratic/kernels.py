@@ -1,4 +1,4 @@
-"""Compiled loops of the binary quadratic programme: descents, relaxation, two searches (park2011 section 3.2).
+"""Compiled loops of the binary quadratic programme: local search, relaxation and two exact searches (park2011 3.2).
 
 All in one file, because what numba keeps on disk goes by the file of the kernel: with callees elsewhere an edited one
 would leave a stale copy in its callers.  A kernel takes the problem `p`, a `candidates.Programme`, and what it may
@@ -23,13 +23,13 @@ import numpy as np
 from pipeline.compilation import compiled_with_free_sums
 
 FORCED, RELAXED = 1, 2
-"""Kinds of frames: the sign is +1 (forced), or any value from -1 to +1 (relaxed); kind 0 has a free sign."""
+"""Codes for frames without a free sign: fixed at +1 (forced), or any value between -1 and +1 (relaxed)."""
 
 MARGIN = 1e-9
-"""Relative reduction of J, above rounding error, that is needed to replace the best signs so far."""
+"""Relative reduction of the cost J, beyond rounding error, that is needed to replace the best signs so far."""
 
 FEWEST_SWEEPS, MOST_SWEEPS = 2, 20
-"""Fewest and most coordinate-descent sweeps in a node of the box search.
+"""Minimum and maximum number of coordinate-descent sweeps in a node of the branch-and-bound search.
 
 The fewest are for a node that can no longer be pruned, the most for a node that may still be pruned.
 """
@@ -37,37 +37,37 @@ The fewest are for a node that can no longer be pruned, the most for a node that
 EPS = float(np.finfo(float).eps)
 
 REFRESH = 8
-"""Number of boxes after which derivatives are recomputed; between recomputations they are updated."""
+"""Number of search nodes after which derivatives are recomputed instead of updated, to limit rounding errors."""
 
 LAST_SWEEPS = 2000
-"""Largest number of sweeps of the last descent, when only relaxed frames remain and branching is impossible."""
+"""Maximum number of coordinate-descent sweeps if all signs are fixed and only relaxed frames remain."""
 
 STEP = 3
-"""Number of frames between start frames t for which the least cost S_t of the suffix is computed.
+"""Distance, in frames, between the start frames for which the suffix search computes a least cost.
 
 For start frames in between, S_t of the next computed start is a lower bound.
 """
 
 LOOSE = 1e-3
-"""Largest relative difference by which a computed S_t may lie below the true least cost."""
+"""Largest relative error by which the computed least cost of the last frames may be too low."""
 
 PATIENCE = 30_000
-"""Number of nodes after which the search for S_t is abandoned and its lower bound S_(t+1) is used."""
+"""Number of nodes after which the search for the least cost of the last frames is abandoned."""
 
 OVER_RELAXATION = 1.3
-"""Over-relaxation factor of coordinate descent; above 1 because neighbouring frames share coefficients."""
+"""Over-relaxation factor of coordinate descent; above 1 because neighbouring frames share basis coefficients."""
 
 DEPTH, STATE, TRAIL, NODES = range(4)
-"""Indices into the counters of the box search."""
+"""Indices into the array of counters of the branch-and-bound search."""
 
 ENTER, LEAVE, DONE = range(3)
-"""States of the box search: enter a node, leave a node, search finished."""
+"""States of the branch-and-bound search: enter a node, leave a node, search finished."""
 
 START, LEVEL, PREPARED, ENTERED, FINISHED, TRIED = range(6)
-"""Indices into the counters of the suffix search."""
+"""Indices into the array of counters of the depth-first search."""
 
 FIRST, SEARCHED = 1, 2
-"""Stages of a prepared start frame: the best known path is evaluated (1), or the tree is searched (2).
+"""Stages of the search from a start frame: the best known signs are evaluated (1), or the tree is searched (2).
 
 Stage 0 is a start frame that is not prepared.
 """
@@ -75,13 +75,13 @@ Stage 0 is a start frame that is not prepared.
 
 @compiled_with_free_sums
 def allowance_of(numbers, size, objective):  # type: ignore[no-untyped-def]
-    """Return the rounding error `Programme.allowance`; `numbers` is F + K."""
+    """Return the rounding error of a cost J, as `Programme.allowance` does; `numbers` is F + K."""
     return 8.0 * numbers * EPS * np.sqrt(max(objective, 0.0) * size) + 64.0 * EPS * size
 
 
 @compiled_with_free_sums
 def copy(numbers, into):  # type: ignore[no-untyped-def]
-    """Copy an array element by element, because an assignment of whole arrays takes seconds to compile."""
+    """Copy an array element by element, because whole-array assignment takes seconds to compile."""
     for i in range(len(numbers)):
         into[i] = numbers[i]
 
@@ -91,7 +91,7 @@ def copy(numbers, into):  # type: ignore[no-untyped-def]
 
 @compiled_with_free_sums
 def project(p, values, z):  # type: ignore[no-untyped-def]
-    """Write z = B^T (m + s u) into `z`."""
+    """Compute the basis coefficients B^T (m + s u) of the points that signs s select, and write them into `z`."""
     basis, middle, half_chord = p.basis, p.middle, p.half_chord
     z[:] = 0.0
     for i in range(len(basis)):
@@ -106,7 +106,7 @@ def project(p, values, z):  # type: ignore[no-untyped-def]
 
 @compiled_with_free_sums
 def slope(basis, middle, half_chord, i, value, z):  # type: ignore[no-untyped-def]
-    """Return half the derivative of J with respect to the value of frame `i`, and the frame's squared residual |r|²."""
+    """Return half the derivative of J with respect to the sign of frame `i`, and the squared residual of this frame."""
     x = y = w = 0.0
     for k in range(basis.shape[1]):
         x += basis[i, k] * z[0, k]
@@ -120,7 +120,7 @@ def slope(basis, middle, half_chord, i, value, z):  # type: ignore[no-untyped-de
 
 @compiled_with_free_sums
 def gradient(p, values, z, half):  # type: ignore[no-untyped-def]
-    """Return J of the values, whose B^T c is `z`.
+    """Return the cost J of signs or relaxed values whose basis coefficients `z` are known.
 
     Half the derivative with respect to each value is written into `half`.
     """
@@ -141,14 +141,14 @@ def gradient(p, values, z, half):  # type: ignore[no-untyped-def]
 
 @compiled_with_free_sums
 def cost(p, values, z):  # type: ignore[no-untyped-def]
-    """Return J of the values; z = B^T c of the values is written into `z`."""
+    """Return the cost J of signs or relaxed values; their basis coefficients are written into `z`."""
     project(p, values, z)
     return gradient(p, values, z, np.empty(len(p.basis)))
 
 
 @compiled_with_free_sums
 def slopes(p, values, z, half):  # type: ignore[no-untyped-def]
-    """Return J and write the half derivatives as `gradient` does, from the table if there is one.
+    """Return the cost J, and write half of its derivatives into `half`; use the stored matrix if there is one.
 
     Without a table, `z` is computed and overwritten.
     """
@@ -170,7 +170,7 @@ def slopes(p, values, z, half):  # type: ignore[no-untyped-def]
 
 @compiled_with_free_sums
 def move(p, i, change, z, half):  # type: ignore[no-untyped-def]
-    """Return the change of J when the value of frame `i` changes; 0 without a table.
+    """Change the value of frame `i`, and return the change of the cost J; 0 without a stored matrix.
 
     Updates `half` or, without a table, `z`.
     """
@@ -190,7 +190,7 @@ def move(p, i, change, z, half):  # type: ignore[no-untyped-def]
 
 @compiled_with_free_sums
 def curvature(basis, half_chord):  # type: ignore[no-untyped-def]
-    """Return half the second derivative (F,) of J with respect to each value: |u|² (1 - |B_i|²)."""
+    """Return half the second derivative (F,) of the cost J with respect to the sign of each frame."""
     bent = np.empty(len(basis))
     for i in range(len(basis)):
         leverage = 0.0
@@ -203,7 +203,8 @@ def curvature(basis, half_chord):  # type: ignore[no-untyped-def]
 
 @compiled_with_free_sums
 def relax(p, held, point, known, cutoff, sweeps_allowed, allowance, trail, length):  # type: ignore[no-untyped-def]
-    """Minimise J approximately over a box; return (lower bound, J, number of sweeps, number of frames on the trail).
+    """Minimise J approximately over a box of values; return lower bound, J, number of sweeps, and number of fixed
+    signs.
 
     The trail lists the frames whose sign has been fixed because of a bound.
 
@@ -269,7 +270,7 @@ def relax(p, held, point, known, cutoff, sweeps_allowed, allowance, trail, lengt
 
 @compiled_with_free_sums
 def smooth_path(p, first, second):  # type: ignore[no-untyped-def]
-    """Return the signs (F,) of the path with the least weighted squared first and second differences.
+    """Return the signs (F,) of the smoothest trajectory, by weighted squared first and second differences.
 
     If two paths are equal, the one with the far candidate (+1) is taken.
 
@@ -322,7 +323,7 @@ def smooth_path(p, first, second):  # type: ignore[no-untyped-def]
 
 @compiled_with_free_sums
 def descend(p, values, longest, other, weight, bounded, allowance):  # type: ignore[no-untyped-def]
-    """Flip windows of signs until no flip reduces J; return J.
+    """Flip the signs of windows of frames until no flip reduces the cost J; return J.
 
     Each first frame is tried in turn, with the best window that begins there.
 
@@ -419,13 +420,14 @@ def descend(p, values, longest, other, weight, bounded, allowance):  # type: ign
 
 @compiled_with_free_sums
 def better(frames_and_components, size, first, second):  # type: ignore[no-untyped-def]
-    """Return True if the second J is smaller than the first J by more than the margin and the rounding error."""
+    """Return True if the second cost J is lower than the first by more than margin and rounding error."""
     return second < first - MARGIN * abs(first) - allowance_of(frames_and_components, size, first)
 
 
 @compiled_with_free_sums
 def first_signs(p, weight, differences, longest, nearly, size):  # type: ignore[no-untyped-def]
-    """Return the best signs (F,) found by descents from all starts, and their J.
+    """Return the cheapest signs (F,) that local search finds from several smooth initial trajectories, and their cost
+    J.
 
     The starts are the smooth paths for the weights `differences` (D, 2), and their mirrors.
 
@@ -475,7 +477,7 @@ def first_signs(p, weight, differences, longest, nearly, size):  # type: ignore[
 
 @compiled_with_free_sums
 def may_gain(p, values, trial, half, wanted):  # type: ignore[no-untyped-def]
-    """Return True if J of `trial` minus J of `values` may be below the limit `wanted`.
+    """Return True unless the cost of `trial` exceeds the cost of `values` by `wanted` or more.
 
     `half` belongs to `values`.  Without a table the answer is always True.
     """
@@ -495,7 +497,7 @@ def may_gain(p, values, trial, half, wanted):  # type: ignore[no-untyped-def]
 
 @compiled_with_free_sums
 def search_boxes(p, tree, best, found, gap, allowance, budget):  # type: ignore[no-untyped-def]
-    """Continue a `searches.BoxTree` for about `budget` sweeps; better signs are written into `best` and `found`."""
+    """Continue branch and bound for about `budget` sweeps; write better signs into `found`, their cost into `best`."""
     fixed, values, z, half, trail, levels, bounds, counts = (
         tree.fixed, tree.values, tree.z, tree.half, tree.trail, tree.levels, tree.bounds, tree.counts,
     )  # fmt: skip
@@ -589,7 +591,7 @@ def search_boxes(p, tree, best, found, gap, allowance, budget):  # type: ignore[
 
 @compiled_with_free_sums
 def prepare(rows, kind, kappa, start, gains, worth, links):  # type: ignore[no-untyped-def]
-    """Compute the gains of recursive least squares for the frames from `start` on; they do not depend on the signs.
+    """Compute the gains of recursive least squares for the frames from `start` on, which do not depend on the signs.
 
     A relaxed frame is left out, by a gain of zero and a worth of zero: it could only add.
     """
@@ -630,7 +632,7 @@ def prepare(rows, kind, kappa, start, gains, worth, links):  # type: ignore[no-u
 
 @compiled_with_free_sums
 def search_suffixes(p, tree, best, found, gap, allowance, budget):  # type: ignore[no-untyped-def]
-    """Continue a `searches.SuffixTree` for about `budget` nodes; better signs are written into `best` and `found`."""
+    """Continue the suffix search for about `budget` nodes; write better signs into `found`, their cost into `best`."""
     rows, gains, worth, links, state, ahead, predicted, off, spent, signs, rest, ends, counts = (
         tree.rows, tree.gains, tree.worth, tree.links, tree.state, tree.ahead, tree.predicted, tree.off,
         tree.spent, tree.signs, tree.rest, tree.ends, tree.counts,
@@ -748,7 +750,7 @@ def search_suffixes(p, tree, best, found, gap, allowance, budget):  # type: igno
 
 @compiled_with_free_sums
 def enter_leaf(p, signs, leaf, parent_bound, best, found, gap, allowance, ends):  # type: ignore[no-untyped-def]
-    """Return J when all signs are chosen and the relaxed frames have their optimal values.
+    """Optimise the relaxed frames after all signs are chosen, and return the resulting cost J.
 
     `leaf` holds what is held, the values, half the derivatives by them and a trail, of the leaf before where its J is
     `known` and not NaN.

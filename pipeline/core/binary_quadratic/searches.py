@@ -1,4 +1,4 @@
-"""Two searches that prove signs optimal or improve them, within a given amount of work (park2011 section 3.2).
+"""Two tree searches that prove the signs optimal or improve them, within a limited amount of work (park2011 3.2).
 
 Symbols are those of `candidates`.
 
@@ -31,11 +31,11 @@ from pipeline.core.binary_quadratic import kernels
 from pipeline.core.binary_quadratic.candidates import Programme
 
 TAMED = 0.01
-"""Share of the best J by which the lower bound is weakened in order to exclude very large coefficients."""
+"""Fraction of the best cost by which the lower bound is weakened in order to exclude very large coefficients."""
 
 
 class BoxTree(NamedTuple):
-    """State of the branch and bound over boxes.
+    """State of the branch-and-bound search over boxes of sign values.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class BoxTree(NamedTuple):
 
 
 class BoxSearch:
-    """Branch and bound over boxes: some signs are fixed, the others range from -1 to +1.
+    """Branch-and-bound search in which some signs are fixed and the others range from -1 to +1.
 
     Parameters
     ----------
@@ -92,11 +92,11 @@ class BoxSearch:
 
     @property
     def nodes(self) -> int:
-        """Number of boxes for which a bound has been computed."""
+        """Number of nodes for which the search has computed a lower bound."""
         return int(self._tree.counts[kernels.NODES])
 
     def lower_bound(self) -> float:
-        """Return the lower bound of J over all nodes still open, mm²; infinite if none is open."""
+        """Return the lower bound of the cost J over all open nodes, mm²; infinite if no node is open."""
         counts, bounds = self._tree.counts, self._tree.bounds
         depth, entering = int(counts[kernels.DEPTH]), counts[kernels.STATE] == kernels.ENTER
         if entering and depth == 0:
@@ -108,7 +108,8 @@ class BoxSearch:
         return min(bounds[-1], bounds[:depth][untried].min(initial=np.inf))
 
     def run(self, best: np.ndarray, values: np.ndarray, gap: float, allowance: float, work: int) -> None:
-        """Continue the search for about `work` sweeps; better signs are written into `best` and `values`.
+        """Continue the search for about `work` sweeps; better signs are written into `values`, and their cost into
+        `best`.
 
         Parameters
         ----------
@@ -127,7 +128,7 @@ class BoxSearch:
 
 
 class SuffixTree(NamedTuple):
-    """State of the depth-first search in time over suffixes (the frames from t to the last one).
+    """State of the depth-first search in time over suffixes, where a suffix is the frames from t to the last one.
 
     Attributes
     ----------
@@ -215,17 +216,19 @@ class SuffixSearch:
 
     @property
     def nodes(self) -> int:
-        """Number of nodes (a frame with a sign) that have been entered."""
+        """Number of nodes of the search tree, each a frame with its sign, that have been entered."""
         return int(self._tree.counts[kernels.ENTERED])
 
     def lower_bound(self) -> float:
-        """Return the lower bound of J over all nodes still open, mm²."""
+        """Return the lower bound of the cost J over all open nodes, mm²."""
         if self.finished:
             return self._tree.ends[1]
         return min(self._tree.rest[self._tree.counts[kernels.START] + 1], self._tree.ends[1])
 
     def run(self, best: np.ndarray, values: np.ndarray, gap: float, allowance: float, work: int) -> None:
-        """Continue the search as `BoxSearch.run` does; `work` is a number of nodes."""
+        """Continue the search for about `work` nodes; better signs are written into `values`, and their cost into
+        `best`.
+        """
         kernels.search_suffixes(self._programme, self._tree, best, values, gap, allowance, work)
 
 
@@ -233,7 +236,7 @@ Search: TypeAlias = BoxSearch | SuffixSearch
 
 
 def _shares(excess: np.ndarray, frames: int) -> np.ndarray:
-    """Return rows C (F, K) with ``C^T C`` at most G: the scaled eigenvectors of G, repeated in cyclic order."""
+    """Return rows C (F, K), one for each frame, such that ``C^T C`` is at most the matrix G."""
     components = len(excess)
     values, vectors = np.linalg.eigh(excess)
     # Rounding may have put the eigenvalues this much too high.

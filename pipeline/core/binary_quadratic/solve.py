@@ -1,4 +1,4 @@
-"""Choice between two candidates in each frame: the binary quadratic programme (park2011 section 3.2).
+"""Choice between the two candidate positions of a joint in each frame: a binary quadratic programme (park2011 3.2).
 
 Symbols are those of `candidates`: candidates ``c_i = m_i + s_i u_i``, and ``J(s) = ||c||² - ||B^T c||²`` over
 signs s.  [park2011 10] has b in {0, 1} where this has ``s = 2 b - 1``, and [park2011 12] is J for orthonormal B.
@@ -21,15 +21,15 @@ from pipeline.shortened import shortened
 from pipeline.validation import require_range
 
 _WORK = 400_000
-"""Work of a search in one turn (sweeps times frames times components), about two milliseconds."""
+"""Work after which one search pauses and the other continues, in multiplications; about two milliseconds."""
 
 OPERATIONS_PER_S = 300_000_000
-"""Operations that count as one second of a time limit: about what one core of 2024 does in a second."""
+"""Number of operations that count as one second of a time limit; about the speed of one processor core of 2024."""
 
 
 @shortened
 class BinarySolution:
-    """Signs with their cost, and a lower bound of the cost of all signs.
+    """Optimal or best known signs of a limb with their cost, and a lower bound of the cost of all possible signs.
 
     Attributes
     ----------
@@ -78,7 +78,8 @@ def minimise(
     time_limit_s: float = 1.0,
     relax_below: float = 0.0,
 ) -> BinarySolution:
-    """Return the signs s that minimise J(s) = ||c||² - ||B^T c||², c = m + s u [park2011 10, 11, 12].
+    """Return the depth signs s that minimise the cost J(s) = ||c||² - ||B^T c||², where c = m + s u
+    [park2011 10, 11, 12].
 
     A lower bound of J over all signs is returned too.
 
@@ -147,7 +148,7 @@ def minimise(
 def _solution(
     programme: Programme, values: np.ndarray, bound: float, gap: float, boxes: int, steps: int
 ) -> BinarySolution:
-    """Return the solution with its mirror and a comparison of both."""
+    """Return the solution for a limb together with its mirror solution and the ratio of their costs."""
     objective = programme.objective(values)
     other, other_objective = values, np.inf
     rounding = programme.allowance(objective)
@@ -178,12 +179,12 @@ def _solution(
 
 
 def _signs(values: np.ndarray) -> np.ndarray:
-    """Return the signs (F,), -1 or +1, nearest to the values."""
+    """Return the sign (F,), -1 or +1, of each relaxed value."""
     return np.where(values < 0, -1, 1)
 
 
 def _margin(other: float, here: float, rounding: float) -> float:
-    """Return the ratio of the greater cost to the lesser.
+    """Return the mirror margin: the cost of the mirror solution divided by the cost of the best solution.
 
     1 if both are rounding errors, infinite if only the lesser is zero.
     """

@@ -20,7 +20,7 @@ SEARCH_HZ = (0.4, 1.6)
 
 
 def design(frequency_hz: float | np.ndarray, times_s: np.ndarray, harmonics: int) -> np.ndarray:
-    """Return the regressors 1, sin wt, cos wt, sin 2wt, cos 2wt, … as columns (T, 1 + 2H) [zhang2007 3.1].
+    """Return the regressors 1, sin wt, cos wt, sin 2wt, cos 2wt, … as columns of a matrix (T, 1 + 2H) [zhang2007 3.1].
 
     Frequencies (C, 1) give (C, T, 1 + 2H).
     """
@@ -28,7 +28,7 @@ def design(frequency_hz: float | np.ndarray, times_s: np.ndarray, harmonics: int
 
 
 def waves(angle: np.ndarray, harmonics: int) -> np.ndarray:
-    """Return 1, sin, cos, sin 2, cos 2, … of phases (…, T) as rows (…, 1 + 2H, T)."""
+    """Return 1, sin x, cos x, sin 2x, cos 2x, … for phases x (…, T), as rows of a matrix (…, 1 + 2H, T)."""
     rows = np.empty((*angle.shape[:-1], 1 + 2 * harmonics, angle.shape[-1]))
     rows[..., 0, :] = 1.0
     sine, cosine = np.sin(angle), np.cos(angle)
@@ -41,7 +41,7 @@ def waves(angle: np.ndarray, harmonics: int) -> np.ndarray:
 
 
 def cycle_basis(phase_rad: np.ndarray, blocks: int) -> np.ndarray:
-    """Return 1, sin, cos, sin 2, cos 2, … of phases (…), as an array (…, B)."""
+    """Return 1, sin x, cos x, sin 2x, cos 2x, … for phases x (…), along the last axis of an array (…, 1 + 2H)."""
     angle = np.asarray(phase_rad)[..., None] * np.arange(1, blocks // 2 + 1)
     basis = np.ones((*angle.shape[:-1], blocks))
     basis[..., 1::2], basis[..., 2::2] = np.sin(angle), np.cos(angle)
@@ -49,7 +49,7 @@ def cycle_basis(phase_rad: np.ndarray, blocks: int) -> np.ndarray:
 
 
 def cycle_slope(phase_rad: np.ndarray, blocks: int) -> np.ndarray:
-    """Return the derivatives (…, B) of `cycle_basis` with respect to the phase."""
+    """Return the derivatives (…, 1 + 2H) of `cycle_basis` with respect to the phase."""
     order = np.arange(1, blocks // 2 + 1)
     angle = np.asarray(phase_rad)[..., None] * order
     slope = np.zeros((*angle.shape[:-1], blocks))
@@ -58,12 +58,12 @@ def cycle_slope(phase_rad: np.ndarray, blocks: int) -> np.ndarray:
 
 
 def equal_phases(count: int) -> np.ndarray:
-    """Return K equally spaced phases of a cycle, radians, starting at 0."""
+    """Return the given number of equally spaced phases of a cycle, radians, starting at 0."""
     return 2.0 * np.pi * np.arange(count) / count
 
 
 def single_frequency_power(frequencies_hz: np.ndarray, times_s: np.ndarray, signal: np.ndarray) -> np.ndarray:
-    """Return the sum of squares (C,) of `signal` (T,) that a constant and one sinusoid of each frequency explain.
+    """Return the sum of squares (C,) of `signal` (T,) that a constant and a sinusoid of each of C frequencies explain.
 
     `times_s` (T,) are equally spaced.
     """
@@ -80,7 +80,8 @@ def single_frequency_power(frequencies_hz: np.ndarray, times_s: np.ndarray, sign
 
 
 def _transform(frequencies_hz: np.ndarray, step_s: float, signal: np.ndarray) -> np.ndarray:
-    """Return the Fourier sum of a signal, the sum of signal times exp(i w t), at C frequencies, complex (C,).
+    """Return the Fourier transform of a signal at C given frequencies, complex (C,): the sum of signal times exp(i w
+    t).
 
     The times t are equally spaced and start at zero.
 
@@ -95,13 +96,13 @@ def _transform(frequencies_hz: np.ndarray, step_s: float, signal: np.ndarray) ->
 
 @lru_cache(maxsize=4)  # clips of a data set often have the same length and rate
 def _exponentials(frequencies_hz: bytes, step_s: float, block: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return exp(i w a) for times a within a block and exp(i w b) for starts b of blocks, complex (C, block)."""
+    """Return the complex exponentials (C, block) of times within a block, and of the start times of blocks."""
     turn = 2j * np.pi * step_s * np.frombuffer(frequencies_hz)[:, None] * np.arange(block)
     return np.exp(turn), np.exp(block * turn)
 
 
 def _of_ones(frequencies_hz: np.ndarray, step_s: float, frames: int) -> np.ndarray:
-    """Return `_transform` of a constant signal of ones, which is a geometric series."""
+    """Return the Fourier transform of a signal of ones at given frequencies, which is a geometric series."""
     half = np.pi * step_s * frequencies_hz
     return np.exp(1j * (frames - 1) * half) * np.sin(frames * half) / np.sin(half)
 
@@ -172,7 +173,7 @@ def fundamental_frequency(positions: np.ndarray, frame_rate_hz: float, *, harmon
 
 
 def require_rate(frame_rate_hz: float, frequency_hz: float, harmonics: int) -> None:
-    """Require more than two frames in a period of the highest harmonic.
+    """Check that the frame rate is more than twice the frequency of the highest harmonic.
 
     Raises
     ------

@@ -93,7 +93,7 @@ def represent(
     require_count("harmonics", harmonics)
     if len(positions) <= 1 + 2 * harmonics:
         raise InvalidInput(
-            "the clip is shorter than its Fourier series",
+            "the clip has too few frames for its Fourier series",
             expected=f"more than {1 + 2 * harmonics} frames",
             received=len(positions),
             code="too_short",
@@ -134,7 +134,7 @@ def represent(
 
 
 def _products(motion: np.ndarray) -> np.ndarray:
-    """Return the second moments (J, S, S) of each joint's motion, summed over the clip."""
+    """Return the sum over time of position times position transposed, for each joint, (J, S, S)."""
     by_joint = motion.swapaxes(0, 1)
     return by_joint.swapaxes(1, 2) @ by_joint
 
@@ -154,7 +154,7 @@ def synthesise(coefficients: np.ndarray, frequency_hz: float, times_s: np.ndarra
 
 
 def shift(coefficients: np.ndarray, phase_rad: float | np.ndarray) -> np.ndarray:
-    """Return the coefficients of the same motion shifted in time, so that phase `phase_rad` becomes zero.
+    """Return the Fourier coefficients of the same motion shifted in time, so that phase `phase_rad` becomes zero.
 
     A time shift by phi rotates (p_h, q_h) by h phi.  `coefficients` is (…, 1 + 2H, J, S); `phase_rad`
     broadcasts against the leading axes.

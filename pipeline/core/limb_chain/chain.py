@@ -61,12 +61,12 @@ class Chain:
 
     @cached_property
     def ends(self) -> np.ndarray:
-        """Indices (L, 2) of the parent joint and the child joint of each limb."""
+        """Indices (L, 2) of the parent joint and of the child joint of each limb."""
         pairs = [[self.joints.index(joint) for joint in (self.held_by(limb), limb)] for limb in self.limbs]
         return np.array(pairs, int).reshape(-1, 2)
 
     def held_by(self, limb: str) -> str:
-        """Return the name of the joint at which a limb begins.
+        """Return the name of the parent joint of a limb.
 
         Raises
         ------
@@ -87,17 +87,17 @@ class Chain:
 
 
 def chain_of(skeleton: Skeleton) -> Chain:
-    """Return the chain that consists of a skeleton's bones."""
+    """Return the kinematic chain of a skeleton."""
     parents = (None if p < 0 else skeleton.joints[p] for p in skeleton.parents)
     return Chain(skeleton.joints, tuple(parents))
 
 
 WALKER14 = chain_of(WALKER15)
-"""Chain of WALKER15: fourteen limbs from the pelvis to the ankles, the head and the wrists."""
+"""Kinematic chain of the 15-joint walker skeleton: fourteen limbs from the pelvis to the ankles, head and wrists."""
 
 
 def relative_trajectories(chain: Chain, positions: np.ndarray) -> np.ndarray:
-    """Return the trajectories (F, L, 3), mm, of the end of each limb relative to its start [park2011 1, 3].
+    """Return the position (F, L, 3), mm, of each limb's child joint relative to its parent joint [park2011 1, 3].
 
     The series of x, y and z [park2011 1] are the last axis; their squares sum to r^2 where a limb keeps its length.
 
@@ -118,7 +118,7 @@ def relative_trajectories(chain: Chain, positions: np.ndarray) -> np.ndarray:
 
 
 def forward(chain: Chain, root: np.ndarray, relative: np.ndarray) -> np.ndarray:
-    """Return all joint positions (F, J, 3), mm, from the root and the relative trajectories of all limbs [park2011 6].
+    """Return all joint positions (F, J, 3), mm, from the root trajectory and relative limb trajectories [park2011 6].
 
     Printed, the arguments of f end at limb j - 1; joint j is reached by the limbs up to its own.
 
@@ -163,7 +163,7 @@ def true_lengths(chain: Chain, positions: np.ndarray) -> np.ndarray:
     if not finite.any(axis=0).all():
         limb = chain.limbs[int(finite.any(axis=0).argmin())]
         raise InvalidInput(
-            f"the limb to {limb!r} is known in no frame, so its length is not either",
+            f"the length of limb {limb!r} is unknown, because no frame has both of its joints",
             code="unknown_length",
             limb=limb,
         )

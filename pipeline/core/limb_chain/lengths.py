@@ -20,7 +20,7 @@ from pipeline.core.limb_chain.chain import Chain
 from pipeline.validation import InvalidInput, require_choice, require_range
 
 FORGIVING = 0.95
-"""Share of the frames whose rays an estimated limb length must reach.
+"""Fraction of the frames whose image rays a limb of the estimated length must reach.
 
 It is below one, because noise moves the farthest rays outwards.
 """
@@ -52,7 +52,7 @@ Grades and sources are those of `pipeline.core.anthropometry`; breadths are mean
 
 
 def anthropometric_lengths(chain: Chain, *, of: str = "stature", size_mm: float) -> np.ndarray:
-    """Return the limb lengths (L,), mm, of a person with average proportions.
+    """Return the limb lengths (L,), mm, of a person with average proportions and a given stature or limb length.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def anthropometric_lengths(chain: Chain, *, of: str = "stature", size_mm: float)
 def demanded_length(
     cameras: np.ndarray, pixels: np.ndarray, parents: np.ndarray, *, quantile: float = 1.0
 ) -> float:
-    """Return the smallest length of a limb, mm, that reaches the rays of a given share of the frames.
+    """Return the smallest limb length, mm, with which the limb reaches the image rays in a given fraction of frames.
 
     A limb that somewhere lies across the ray is no longer; one that never does is underestimated.
 
@@ -101,7 +101,9 @@ def demanded_length(
     distances = rays.distance[rays.ahead > 0.0]
     if not distances.size:
         raise InvalidInput(
-            "no ray asks for a length", expected="a frame with image, camera and parent", code="no_rays"
+            "no image ray constrains the length of the limb",
+            expected="a frame with an image of the joint, a camera and a parent position",
+            code="no_rays",
         )
     return np.quantile(distances, quantile)
 
@@ -109,7 +111,7 @@ def demanded_length(
 def length_from_rays(
     cameras: np.ndarray, images: Mapping[str, np.ndarray], parents: Mapping[str, np.ndarray], limb: str
 ) -> float:
-    """Return the length of a limb, mm, that its rays and those of the same limb on the other side require.
+    """Return an estimate of a limb's length, mm, from its image rays and those of its left or right counterpart.
 
     Parameters
     ----------
@@ -146,7 +148,7 @@ def _seen_together(image: np.ndarray, parent: np.ndarray) -> bool:
 
 
 def _other_side(name: str) -> str:
-    """Return the name of the same limb on the other side, or an empty string for a limb without a side."""
+    """Return the name of a limb's left or right counterpart, or an empty string for a limb without counterpart."""
     for side, other in (("left_", "right_"), ("right_", "left_")):
         if name.startswith(side):
             return other + name.removeprefix(side)

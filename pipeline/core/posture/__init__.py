@@ -1,4 +1,4 @@
-"""Postures as 37 numbers: pelvis height and direction cosines of twelve limbs (mozerov2006 section 2).
+"""Postures as 37 numbers: the height of the pelvis, and the direction cosines of twelve limbs (mozerov2006 section 2).
 
 `postures` goes from joints to cosines, `joints` back with the `limb_lengths` of a body; `frames` says what cosines are
 relative to, `kernels` is the compiled way back.

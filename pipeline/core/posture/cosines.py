@@ -1,4 +1,4 @@
-"""Postures as 37 numbers: pelvis height and direction cosines of twelve limbs (mozerov2006 section 2).
+"""Postures as 37 numbers: the height of the pelvis, and the direction cosines of twelve limbs (mozerov2006 section 2).
 
 Symbols
 -------
@@ -26,12 +26,12 @@ FRAMES = ("parent", "hip")
 HEADINGS = ("first", "every", "none")
 
 FLOOR_PERCENTILE = 5.0
-"""Percentile, over a clip, of the lower ankle's height that defines the floor; robust to a few wrong frames."""
+"""Percentile of the lower ankle's height over a clip that defines the floor; robust to a few wrong frames."""
 
 _STARTS, _ENDS = np.transpose(POSTURE12.ends)
 _STERNUM = WALKER15.index("sternum")
 _OVER = {**dict(zip(LEGS, THIGHS, strict=True)), **dict(zip(FOREARMS, ARMS, strict=True))}
-"""Index of the parent limb of each lower limb: the thigh for a leg, the arm for a forearm."""
+"""Index of the parent of each lower limb: the thigh for a lower leg, the upper arm for a forearm."""
 
 _LIMB_ENDS = np.array(POSTURE12.ends)
 _LIMB_OVER = np.array([_OVER.get(limb, -1) for limb in range(len(POSTURE12.limbs))])
@@ -40,7 +40,7 @@ _TREES = {
     frame: (PELVIS, _STERNUM, _LIMB_ENDS, _LIMB_OVER, _LIMB_REST, frame == "parent", frames.LEAST_SINE)
     for frame in FRAMES
 }
-"""Description of the limb tree for `kernels.place_joints`, one for each frame of reference of the cosines."""
+"""Arrays that describe the tree of limbs for the compiled loops, for each choice of the cosines' frame of reference."""
 
 _UNDEFINED = {
     kernels.NO_STANCE: frames.HIP_UPRIGHT,
@@ -52,7 +52,7 @@ _UNDEFINED = {
 
 @dataclass(frozen=True)
 class LimbLengths:
-    """Limb lengths and offsets of a body, which a posture does not contain.
+    """Limb lengths of a person, and offsets of pelvis and shoulders, which a posture vector does not contain.
 
     Attributes
     ----------
@@ -70,12 +70,12 @@ class LimbLengths:
 
     @property
     def leg_length_mm(self) -> float:
-        """Length of thigh and leg together, mean of left and right, mm."""
+        """Length of thigh plus lower leg, mm, averaged over left and right."""
         return self.limbs_mm[[*THIGHS, *LEGS]].sum() / 2.0
 
     @cached_property
     def sizes(self) -> tuple[float, tuple[np.ndarray, ...]]:
-        """Leg length, mm, and all other sizes as arrays of floats, for `kernels`."""
+        """Leg length, mm, and all other body dimensions as arrays, in the form that the compiled loops need."""
         parts = (self.limbs_mm, self.pelvis_mm, self.shoulders_mm)
         return self.leg_length_mm, tuple(np.ascontiguousarray(part, float) for part in parts)
 
@@ -141,7 +141,7 @@ def postures(
 
 
 def floor_level(positions: np.ndarray) -> float:
-    """Return the height of the ankle of a standing foot, mm, from which the pelvis height is measured.
+    """Return the height of the ankle of a standing foot, mm, which is the zero of the pelvis height.
 
     Parameters
     ----------
@@ -156,7 +156,7 @@ def floor_level(positions: np.ndarray) -> float:
 
 
 def limb_lengths(positions: np.ndarray) -> LimbLengths:
-    """Return mean lengths of the twelve limbs, and the offsets of pelvis and shoulders, over a clip.
+    """Return the mean lengths of the twelve limbs in a clip, and the mean offsets of pelvis and shoulders.
 
     Parameters
     ----------
@@ -224,7 +224,7 @@ def joints(postures: np.ndarray, limb_lengths: LimbLengths, *, frame: str = "par
 def joints_where_defined(
     postures: np.ndarray, limb_lengths: LimbLengths, *, frame: str = "parent"
 ) -> np.ndarray:
-    """Return the joint positions (…, 15, 3), mm, as `joints` does; NaN for postures that `joints` rejects.
+    """Return the joint positions (…, 15, 3), mm, of postures (…, 37), with NaN for postures that `joints` rejects.
 
     Parameters
     ----------
@@ -241,7 +241,7 @@ def joints_where_defined(
 
 
 def nearest_of_each(joints: np.ndarray, performances: np.ndarray) -> np.ndarray:
-    """Return the distance (S, M) from each body (S, J, 3) to the nearest posture of each performance (M, P, J, 3).
+    """Return the distance (S, M) from each of S bodies to the nearest posture of each of M performances, mm.
 
     The distance is the mean over joints, mm.
     """
@@ -251,13 +251,15 @@ def nearest_of_each(joints: np.ndarray, performances: np.ndarray) -> np.ndarray:
 
 
 def _placed(postures: np.ndarray, limb_lengths: LimbLengths, frame: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return joints (…, 15, 3), mm, and for each posture an error code and the index of the invalid limb, (S, 2)."""
+    """Return joint positions (…, 15, 3), mm, and for each posture an error code and the index of its invalid limb, (S,
+    2).
+    """
     require_choice("frame", frame, FRAMES)
     array = np.asarray(postures, float)
     if array.ndim < 1 or array.shape[-1] != PARAMETERS:
         raise InvalidInput(
-            "no postures",
-            expected=f"(…, {PARAMETERS}) numbers",
+            "the array of postures has the wrong shape",
+            expected=f"(…, {PARAMETERS})",
             received=array.shape,
             code="wrong_shape",
             shape=array.shape,
@@ -272,7 +274,7 @@ def _placed(postures: np.ndarray, limb_lengths: LimbLengths, frame: str) -> tupl
 def _frames_of_limbs(
     hip: np.ndarray, torso: np.ndarray, shoulder: np.ndarray, frame: str
 ) -> dict[int, np.ndarray]:
-    """Return the frame of reference for each limb other than hip, torso and shoulder.
+    """Return the frame of reference in which each limb's direction is expressed, except hip, torso and shoulder.
 
     It is the frame before any rotation from the rest direction.
     """
@@ -304,7 +306,7 @@ def _limbs(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     if not lengths.all():
         frame, limb = np.argwhere(lengths == 0.0)[0]
         raise InvalidInput(
-            "a limb has no length", f"frame {frame}, {POSTURE12.limbs[limb]}", code="zero_length"
+            "a limb has zero length", f"frame {frame}, {POSTURE12.limbs[limb]}", code="zero_length"
         )
     return limbs / lengths[..., None], lengths
 
@@ -317,7 +319,7 @@ def _checked(positions: np.ndarray) -> np.ndarray:
     if not finite.all():
         frame, joint = np.argwhere(~finite)[0]
         raise InvalidInput(
-            f"the joint {WALKER15.joints[joint]} is missing",
+            f"the joint {WALKER15.joints[joint]} has no position",
             f"frame {frame}",
             code="missing_joint",
             joint=WALKER15.joints[joint],

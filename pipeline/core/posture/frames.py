@@ -32,7 +32,7 @@ from pipeline.validation import InvalidInput
 
 HIP, TORSO, SHOULDER, NECK = range(4)
 THIGHS, LEGS, ARMS, FOREARMS = (4, 5), (6, 7), (8, 9), (10, 11)
-"""Limb indices in POSTURE12; in a pair the left limb comes first."""
+"""Indices of limbs in the list POSTURE12; in a pair the left limb comes first."""
 
 REST = {
     limb: np.array(direction) / np.linalg.norm(direction)
@@ -42,13 +42,13 @@ REST = {
         strict=True,
     )
 }
-"""Rest directions of thighs (forward and outward) and arms (also downward).
+"""Reference directions of thighs and upper arms; the frame of a limb is rotated from its reference direction.
 
 They are given in the frame of the hip or the shoulder.
 """
 
 LEAST_SINE = 1e-3
-"""Smallest sine of the angle between two directions that define a frame."""
+"""Smallest sine of the angle between two directions that can define a frame of reference."""
 
 HIP_UPRIGHT = "hip_upright", "the hip axis is vertical"
 TORSO_ALONG_HIP = "torso_along_hip", "the torso lies along the hip axis"
@@ -59,7 +59,7 @@ _UP = np.array([0.0, 0.0, 1.0])
 
 
 def stance(h: np.ndarray) -> np.ndarray:
-    """Return the frame of reference (T, 3, 3) of a standing person, in which the torso is expressed, from the hip axis.
+    """Return the frame of reference (T, 3, 3) for the torso direction, with the hip axis as x and z close to vertical.
 
     Raises
     ------
@@ -93,12 +93,12 @@ def shoulder(s: np.ndarray, t: np.ndarray) -> np.ndarray:
 
 
 def components_in(frames: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-    """Return the components (T, 3) of world vectors (T, 3) in a frame."""
+    """Return the components (T, 3) of world vectors (T, 3) in a frame of reference."""
     return np.einsum("tij,tj->ti", frames, vectors)
 
 
 def components_after(limb: int, direction: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-    """Return the components (T, 3), in the frame of a thigh or an arm, of vectors given in the hip or shoulder frame.
+    """Transform vectors (T, 3) from the frame of the hip or shoulder into the frame of the thigh or upper arm.
 
     Raises
     ------
@@ -109,7 +109,7 @@ def components_after(limb: int, direction: np.ndarray, vectors: np.ndarray) -> n
 
 
 def _axes(x: np.ndarray, upward: np.ndarray, wrong: tuple[str, str]) -> np.ndarray:
-    """Return frames of reference (T, 3, 3) with given x axes, and z as close as possible to a second direction."""
+    """Return frames of reference (T, 3, 3) with given x axes, and z axes as close as possible to a second direction."""
     z = upward - (x * upward).sum(axis=-1, keepdims=True) * x
     length = np.linalg.norm(z, axis=-1, keepdims=True)
     _require_defined(length[:, 0] < LEAST_SINE, wrong)
@@ -118,7 +118,7 @@ def _axes(x: np.ndarray, upward: np.ndarray, wrong: tuple[str, str]) -> np.ndarr
 
 
 def _turned(from_: np.ndarray, to: np.ndarray, vectors: np.ndarray, limb: str) -> np.ndarray:
-    """Apply to vectors the smallest rotation that takes one unit direction to another."""
+    """Rotate vectors by the smallest rotation that takes one unit direction to another."""
     axis = np.cross(from_, to)  # of length sine
     cosine = (from_ * to).sum(axis=-1, keepdims=True)
     against = (cosine[:, 0] < 0.0) & (np.linalg.norm(axis, axis=-1) < LEAST_SINE)
@@ -128,7 +128,7 @@ def _turned(from_: np.ndarray, to: np.ndarray, vectors: np.ndarray, limb: str) -
 
 
 def undefined(frame: int, fault: tuple[str, str], **values: Any) -> InvalidInput:
-    """Return the exception for directions that do not define a frame."""
+    """Return the exception for two directions that cannot define a frame of reference."""
     code, what = fault
     sentence = f"{what.format(**values)}, so its frame is not defined"
     return InvalidInput(sentence, f"frame {frame}", code=code, **values)

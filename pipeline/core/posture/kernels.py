@@ -1,4 +1,4 @@
-"""Compiled loops that compute joints from postures: the inverse of [mozerov2006 1].
+"""Compiled loops that compute joint positions from postures, the inverse of [mozerov2006 1].
 
 A particle filter asks for the joints of millions of postures; as some two hundred operations on arrays of three
 columns, nine tenths of the time went into looping over threes.  Vectors are tuples (x, y, z), frames are tuples of
@@ -14,11 +14,11 @@ import numpy as np
 from pipeline.compilation import compiled_exactly
 
 DEFINED, NOT_FINITE, NO_COSINES, NO_STANCE, NO_HIP, NO_SHOULDER, AGAINST_REST = range(7)
-"""Result codes for a posture: its joints are defined, or the reason for which they are not defined."""
+"""Result codes of a posture: valid, or the reason why its joints are undefined."""
 
 HIP, TORSO, SHOULDER, NECK = range(4)
 FIRST_ARM = 8
-"""Limb indices in POSTURE12."""
+"""Indices of limbs in the list POSTURE12."""
 
 UP = (0.0, 0.0, 1.0)
 
@@ -35,13 +35,13 @@ def _cross(a, b):
 
 @compiled_exactly
 def _sum(p, a, q, b):
-    """Return the vector p a + q b."""
+    """Return the linear combination p a + q b of two vectors."""
     return p * a[0] + q * b[0], p * a[1] + q * b[1], p * a[2] + q * b[2]
 
 
 @compiled_exactly
 def _in_world(frame, v):
-    """Return the world vector that has the components `v` in a frame."""
+    """Return the vector in world coordinates that has components `v` in a frame of reference."""
     x, y, z = frame
     return (
         v[0] * x[0] + v[1] * y[0] + v[2] * z[0],
@@ -52,7 +52,7 @@ def _in_world(frame, v):
 
 @compiled_exactly
 def _axes(x, upward, least_sine):
-    """Return a frame of reference with the given x axis, and True if it is defined.
+    """Return a frame of reference with a given x axis, and True if the frame is well defined.
 
     Its z axis is as close as possible to a second direction.
     """
@@ -65,7 +65,7 @@ def _axes(x, upward, least_sine):
 
 @compiled_exactly
 def _turned(rest, to, v, least_sine):
-    """Apply to a vector the smallest rotation from rest to another direction; return it, and True if defined."""
+    """Rotate a vector by the smallest rotation between two directions; also return True if the rotation is defined."""
     axis, cosine = _cross(rest, to), _dot(rest, to)
     turned = _sum(1.0, _sum(cosine, v, 1.0, _cross(axis, v)), _dot(axis, v) / (1.0 + cosine), axis)
     return turned, cosine >= 0.0 or np.sqrt(_dot(axis, axis)) >= least_sine
@@ -78,7 +78,7 @@ def _row(array, i):
 
 @compiled_exactly
 def _frames(cosines, in_parent, least_sine):
-    """Return directions and frames of hip, torso and shoulder, and a code for the frame that is not defined."""
+    """Return directions and frames of reference of hip, torso and shoulder, and a result code."""
     h = _row(cosines, HIP)
     stance, stands = _axes(h, UP, least_sine)
     t = _in_world(stance, _row(cosines, TORSO))
@@ -98,7 +98,9 @@ def _frames(cosines, in_parent, least_sine):
 
 @compiled_exactly
 def _normalise(cosines):
-    """Scale the direction cosines (12, 3) of limbs to unit length; return a result code and the invalid limb."""
+    """Scale the direction cosines (12, 3) of limbs to unit length; return a result code and the index of an invalid
+    limb.
+    """
     for limb in range(len(cosines)):
         length = np.sqrt(_dot(cosines[limb], cosines[limb]))
         if not np.isfinite(length):
@@ -113,7 +115,7 @@ def _normalise(cosines):
 
 @compiled_exactly
 def place_joints(postures, leg_length_mm, body, tree, positions, found):
-    """Write the joints (S, 15, 3), mm, of postures (S, 37); NaN where they are not defined.
+    """Compute the joint positions (S, 15, 3), mm, of postures (S, 37), with NaN for invalid postures.
 
     Parameters
     ----------
@@ -180,7 +182,7 @@ def place_joints(postures, leg_length_mm, body, tree, positions, found):
 
 @compiled_exactly
 def nearest_of_each(points, recorded, distances):
-    """Write the distance (S, M) from each body (S, J, 3) to the nearest posture of each performance (M, P, J, 3).
+    """Compute the distance (S, M) from each of S bodies to the nearest posture of each of M performances.
 
     The distance is the mean over joints.
     """

@@ -1,4 +1,4 @@
-"""Coefficients and missing dimension from known views: zhang2007 section 3.2, appendix A; zhang2004 section 3.2.
+"""Reconstruction in 3D from one known view (zhang2007 section 3.2, appendix A; zhang2004 section 3.2).
 
 Two approaches, chosen by ``noise_variance``: None is least squares (approach I), a number in mm² is the maximum of
 the posterior probability (approach II, MAP).  `least_squares` and `maximum_a_posteriori` are the printed estimators;

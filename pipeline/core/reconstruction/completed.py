@@ -1,4 +1,4 @@
-"""Reconstruction of a complete walk from one view by MAP: eigenwalkers supply the coordinates not in the image."""
+"""Reconstruction of a complete walk from the image of some joints, by maximum a posteriori (MAP) estimation."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pipeline.core.reconstruction.known_view import from_known_views
 def complete_walk(
     model: LinearModel, sample: np.ndarray, view_angle_rad: float, seen: np.ndarray, *, noise_variance: float
 ) -> np.ndarray:
-    """Return a complete walk (5, 15, 3), mm, from one view of some joints, by MAP [zhang2007 3.15].
+    """Return a complete walk (5, 15, 3), mm, from one view of some of its joints, by MAP [zhang2007 3.15].
 
     Visible joints keep their image.  The eigenwalkers give the third coordinate, and all three of the other joints.
 

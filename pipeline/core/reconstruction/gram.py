@@ -1,4 +1,4 @@
-"""The linear system (A + sigma² I) z = h of both approaches (zhang2007 equations 3.9 and 3.15).
+"""Linear system (A + sigma² I) z = h of least squares and MAP (zhang2007 equations 3.9 and 3.15).
 
 Every coefficient that is published comes from here, whether the view is known or searched for.
 
@@ -27,14 +27,14 @@ from pipeline.core.linear_model import LinearModel, WhitenedModel, whiten
 from pipeline.validation import require_range
 
 _UNSEEN = 1e-13
-"""Relative eigenvalue of A below which the view does not determine the coefficients along its eigenvector."""
+"""Relative eigenvalue of A below which the view does not determine the coefficient along the eigenvector."""
 
 _SAFE = 1e-10
-"""Ratio of smallest to largest pivot above which least squares is solved without an eigenvalue decomposition."""
+"""Ratio of smallest to largest pivot above which least squares needs no eigenvalue decomposition."""
 
 
 class Gram:
-    """Matrix A at any view angle, and solutions of (A + sigma² I) z = h.
+    """Solver of the linear system (A + sigma² I) z = h for any view angle, for least squares and MAP.
 
     Parameters
     ----------
@@ -51,12 +51,14 @@ class Gram:
 
     @cached_property
     def _seen_from_everywhere(self) -> bool:
-        """True if A has no small eigenvalue at any view angle, because its part Gzz alone has no small eigenvalue."""
+        """True if the matrix A of the linear system is well conditioned at every view angle."""
         largest = np.trace(self._parts[0] + self._parts[2] + self._parts[3])
         return bool(np.linalg.eigvalsh(self._parts[3])[0] > _SAFE * largest)
 
     def at(self, cosine: np.ndarray, sine: np.ndarray) -> np.ndarray:
-        """Return the Gram matrices (A, N, N) at A view angles, given their cosines and sines (A,)."""
+        """Return the matrix A of the linear system at each of several view angles, (A, N, N), from cosines and sines
+        (A,).
+        """
         weights = np.stack([cosine**2, sine * cosine, sine**2, np.ones_like(cosine)], axis=-1)
         return np.tensordot(weights, self._parts, axes=1)
 
@@ -91,7 +93,7 @@ class Gram:
         H: np.ndarray,
         noise_variance: float | None,
     ) -> np.ndarray:
-        """Return G - H (A + sigma² I)^-1 H^T, (A, B, B), the quadratic form of the cost after eliminating coefficients.
+        """Eliminate the coefficients from the cost; return its quadratic form G - H (A + sigma² I)^-1 H^T, (A, B, B).
 
         Parameters
         ----------
@@ -104,7 +106,7 @@ class Gram:
 
 
 def gram_of(model: LinearModel, noise_variance: float | None) -> Gram:
-    """Return the linear system of a model, with its prior for a noise variance, without it for least squares.
+    """Return the linear system of a model: for MAP if a noise variance is given, else for least squares.
 
     Parameters
     ----------
@@ -134,7 +136,7 @@ def require_noise_variance(noise_variance: float) -> float:
 
 
 def _well_conditioned(A: np.ndarray) -> bool:
-    """Return True if every matrix has Cholesky pivots well above rounding error (8 times cheaper than eigh)."""
+    """Return True if every matrix is well conditioned, by its Cholesky pivots (8 times faster than eigenvalues)."""
     try:
         pivots = np.diagonal(np.linalg.cholesky(A), axis1=-2, axis2=-1) ** 2
     except np.linalg.LinAlgError:

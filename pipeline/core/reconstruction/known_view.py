@@ -25,7 +25,7 @@ from pipeline.validation import InvalidInput, require_finite, require_shape
 
 
 def least_squares(E: np.ndarray, d: np.ndarray) -> np.ndarray:
-    """Return the coefficients k (N,) for which E k is closest to d: approach I [zhang2007 3.9] [zhang2004 9].
+    """Return the least squares coefficients k (N,) of the eigenwalkers: approach I [zhang2007 3.9] [zhang2004 9].
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def least_squares(E: np.ndarray, d: np.ndarray) -> np.ndarray:
 def maximum_a_posteriori(
     E: np.ndarray, d: np.ndarray, eigenvalues: np.ndarray, *, noise_variance: float
 ) -> np.ndarray:
-    """Return the coefficients (N,) of maximum posterior probability: approach II [zhang2007 3.14, 3.15, A.5].
+    """Return the MAP coefficients k (N,) of the eigenwalkers: approach II [zhang2007 3.14, 3.15, A.5].
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def maximum_a_posteriori(
     require_noise_variance(noise_variance)
     if (eigenvalues < 0).any():
         raise InvalidInput(
-            "an eigenvalue is negative",
+            "an eigenvalue of the linear model is negative",
             received=f"{eigenvalues.min():g}",
             code="out_of_range",
             value=eigenvalues.min(),
@@ -112,7 +112,7 @@ class Deviation:
 
 
 def deviation(model: LinearModel, white: WhitenedModel, sample: np.ndarray) -> Deviation:
-    """Return the difference between one walker, (225,) or (226,), and the average walker."""
+    """Return the difference between one walker, (225,) or (226,), and the average walker, split into x, y and z."""
     sample = require_shape("the walker", np.asarray(sample, float), model.mean.shape)
     require_finite("the walker", sample)
     points = 3 * len(white.mean_x)
@@ -123,7 +123,7 @@ def deviation(model: LinearModel, white: WhitenedModel, sample: np.ndarray) -> D
 
 @shortened
 class KnownViews:
-    """Reconstructions of one walker from A known views.
+    """Reconstructions of one walker, each from one of A known views.
 
     Attributes
     ----------
@@ -181,7 +181,7 @@ def from_known_views(
 
 
 def right_hand_side(white: WhitenedModel, d: Deviation, c: np.ndarray, s: np.ndarray) -> np.ndarray:
-    """Return h = B_hat^T d, (A, N), at A view angles, given their cosines and sines (A,)."""
+    """Return the right-hand side h (A, N) of the linear system at A view angles, given their cosines and sines (A,)."""
     parts = np.stack(
         [white.bx.T @ d.x, white.bx.T @ d.y + white.by.T @ d.x, white.by.T @ d.y, white.bz.T @ d.z]
     )

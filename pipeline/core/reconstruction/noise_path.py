@@ -1,4 +1,4 @@
-"""Reconstruction errors of walkers for a whole range of noise variances (zhang2007 section 4.2).
+"""Reconstruction errors of walkers for a range of noise variances (zhang2007 section 4.2).
 
 Symbols are those of `gram`: one tridiagonal form of A serves every sigma², and a path is smooth enough to need few of
 them.
@@ -18,11 +18,11 @@ from pipeline.core.reconstruction.known_view import deviation, right_hand_side
 from pipeline.skeleton import WALKER15
 
 _TERMS = 37.0
-"""Negative logarithm of the truncation error of the Chebyshev series; e^-37 is rounding error."""
+"""Negative natural logarithm of the truncation error of the Chebyshev series: e^-37 is below rounding error."""
 
 
 class NoisePath:
-    """Reconstruction errors over a range of noise variances, for walkers seen from the same views with one model.
+    """Reconstruction errors for a range of noise variances, for walkers seen from the same views and one linear model.
 
     What depends on model and views alone is computed once, for all walkers.
 
@@ -71,7 +71,7 @@ class NoisePath:
             self._pivots[n + 1] -= off * self._below[n]
 
     def error(self, sample: np.ndarray) -> np.ndarray:
-        """Return the error E_a (A, S), mm², of a held-out walker, (225,) or (226,), for every view and every sigma².
+        """Return the error E_a (A, S), mm², of a held-out walker at A view angles and S noise variances.
 
         Add the residual power of the walker for errors against the motion itself.
 
@@ -103,7 +103,7 @@ class NoisePath:
 
 
 def _tridiagonal(A: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the tridiagonal form of matrices (A, N, N): diagonal, off-diagonal (A, N - 1), vectors (A, N, N).
+    """Reduce symmetric matrices (A, N, N) to tridiagonal form: return diagonal, off-diagonal and orthogonal vectors.
 
     The matrices are overwritten.
     """
@@ -120,7 +120,7 @@ def _tridiagonal(A: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 @functools.lru_cache(maxsize=4)
 def _interpolation(wanted_variances: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the K values of sigma² to compute, and weights (K, S) that interpolate to the S wanted values.
+    """Return K noise variances to compute, and weights (K, S) that interpolate from them to S noise variances.
 
     As a function of t = log sigma² a path is analytic but for poles at log s ± i pi, s an eigenvalue of A, all
     at least pi away from the real axis.  Its Chebyshev series over t in a ± L therefore falls by a factor

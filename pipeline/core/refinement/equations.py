@@ -1,4 +1,4 @@
-"""Normal equations of the refinement for a tree of limbs, and their solution along the tree (park2011 section 3.1).
+"""Normal equations of the refinement of a tree of limbs, and their solution along the tree (park2011 section 3.1).
 
 Symbols
 -------
@@ -26,21 +26,23 @@ from pipeline.core.refinement import kernels
 from pipeline.core.refinement.reprojection import Observations, angles, cost, lengths_mm
 
 _FREE_STEP = 1e-7
-"""Damping below which a step counts as undamped, so that its size is the distance to the minimum."""
+"""Damping below which a Levenberg-Marquardt step counts as undamped, so that its size measures the distance to the
+minimum.
+"""
 
 _RIDGE = 1e-10
-"""Smallest damping; it holds those unknowns in place that the images hardly determine."""
+"""Smallest damping of a Levenberg-Marquardt step; it stabilises unknowns that the images hardly determine."""
 
 _APPROXIMATE = 15
-"""Number of steps with the Gauss-Newton curvature before the exact curvature is used."""
+"""Number of Levenberg-Marquardt steps with the Gauss-Newton approximation before exact second derivatives are used."""
 
 _ROUNDING_PX = 64 * np.finfo(float).eps
-"""Root mean square residual, relative to the largest image coordinate, below which it is rounding error."""
+"""Residual, relative to the largest image coordinate, below which the refinement has converged to rounding error."""
 
 
 @dataclass(frozen=True)
 class LimbEquations:
-    """Gradient and curvature (second derivatives) of the cost, arranged by limbs.
+    """Gradient and second derivatives of the refinement's cost, arranged by limbs.
 
     Attributes
     ----------
@@ -60,12 +62,12 @@ class LimbEquations:
     lines: np.ndarray
 
     def curvature_along(self, step: np.ndarray) -> float:
-        """Return the quadratic form step^T H step for a step (L, N)."""
+        """Return the quadratic form step^T H step, where H contains the second derivatives of the refinement's cost."""
         return kernels.curvature_along(self.rows, self.lines, step)
 
 
 def normal_equations(given: Observations, unknowns: np.ndarray, *, exact: bool = False) -> LimbEquations:
-    """Return the gradient g and the blocks of H at unknowns (L, N).
+    """Return gradient and second derivatives of the refinement's cost at unknowns (L, N).
 
     With `exact`, H includes the second derivatives that the Gauss-Newton approximation omits.
     """
@@ -90,7 +92,7 @@ def normal_equations(given: Observations, unknowns: np.ndarray, *, exact: bool =
 
 
 def damped_step(equations: LimbEquations, damping: np.ndarray) -> np.ndarray:
-    """Return the step (L, N) that solves (H + diag(damping)) step = -g.
+    """Return the damped Newton step (L, N), the solution of (H + diag(damping)) step = -g.
 
     Parameters
     ----------
@@ -114,7 +116,7 @@ def damped_step(equations: LimbEquations, damping: np.ndarray) -> np.ndarray:
 def minimise(
     given: Observations, unknowns: np.ndarray, bound: np.ndarray, *, max_iterations: int, tolerance: float
 ) -> tuple[np.ndarray, float, bool, int]:
-    """Minimise the cost; return unknowns (L, N), cost in px², whether it has converged, and the number of steps.
+    """Minimise the refinement's cost; return unknowns (L, N), cost in px², convergence flag and number of steps.
 
     Parameters
     ----------
@@ -174,6 +176,6 @@ def minimise(
 
 
 def _rounding(given: Observations) -> float:
-    """Return the cost, px², below which the residuals are rounding errors."""
+    """Return the cost, px², below which the residuals of the refinement are rounding errors."""
     largest = max(np.abs(given.images).max(), np.abs(given.projection[:, :2]).max())
     return 0.5 * given.visible.sum() * (_ROUNDING_PX * float(largest)) ** 2

@@ -1,4 +1,4 @@
-"""Inputs of the refinement of a whole body: consistency checks of the arrays, and the initial path.
+"""Inputs of the refinement of a whole body: checks of the arrays, and initial trajectories.
 
 Symbols
 -------
@@ -17,7 +17,7 @@ from pipeline.core.trajectory_basis import cosine_basis, soft_ridge
 from pipeline.validation import InvalidInput, require_finite, require_range, require_shape
 
 _START_PENALTY = 1e-4
-"""Penalty of the highest coefficient of the initial path; it avoids oscillation in gaps.
+"""Penalty on the highest coefficient of an initial trajectory, which prevents oscillation in gaps.
 
 A measured frame has weight one.
 """
@@ -57,7 +57,7 @@ def frames_and_limbs(
 
 
 def tree_in_order(parents: Sequence[int] | np.ndarray, joints: int) -> tuple[int, ...]:
-    """Return the parents (J,) of the joints, after checking their order.
+    """Return the index of each joint's parent (J,), after checking that parents come before their children.
 
     The first joint is the root, and every other joint comes after its parent.
 
@@ -70,8 +70,8 @@ def tree_in_order(parents: Sequence[int] | np.ndarray, joints: int) -> tuple[int
     rooted = len(tree) == joints and tree[0] == -1
     if not rooted or not all(0 <= parent < joint for joint, parent in enumerate(tree) if joint):
         raise InvalidInput(
-            "the parents are not those of a tree in order",
-            expected=f"{joints} numbers: -1 for the root, then each parent before its children",
+            "the parents do not form a tree in which each parent precedes its children",
+            expected=f"{joints} indices: -1 for the root first, and each parent before its children",
             received=tree,
             code="not_a_tree",
         )
@@ -110,7 +110,7 @@ def starting_path(
     called: str,
     chart: np.ndarray | None = None,
 ) -> SphericalTrajectory:
-    """Return the initial path of a limb: the path in the basis nearest to given directions.
+    """Return the initial trajectory of a limb: the one in the basis that is nearest to given directions.
 
     Parameters
     ----------
@@ -139,7 +139,7 @@ def starting_path(
     except InvalidInput as refusal:
         raise InvalidInput(
             refusal.what,
-            f"the start of joint {called}",
+            f"initial trajectory of joint {called}",
             refusal.expected,
             refusal.received,
             code=refusal.code,

@@ -1,4 +1,4 @@
-"""Compiled loops of the refinement: sums within each frame, and the solution along the tree (park2011 section 3.1).
+"""Compiled loops of the refinement: sums over joints in each frame, and the solution along the tree (park2011 3.1).
 
 All in one file, as those of `binary_quadratic`: what numba keeps on disk goes by the file of the kernel.  Symbols are
 those of `equations` and `reprojection`; others:
@@ -15,12 +15,13 @@ import numpy as np
 from pipeline.compilation import compiled_with_free_sums
 
 STRIDE = 7
-"""Index step through the points that bound a face; distant points come first, so that most polygons end early."""
+"""Increment of the point index in the search for hull faces; distant points come first.
+"""
 
 
 @compiled_with_free_sums
 def squared_distances(seen_by, tree, theta, phi):  # type: ignore[no-untyped-def]
-    """Return the sum of squared distances, px², between reprojections and images.
+    """Return the sum of squared distances, px², between reprojected and observed joints.
 
     Infinite if a joint is behind its camera.
     """
@@ -56,7 +57,8 @@ def squared_distances(seen_by, tree, theta, phi):  # type: ignore[no-untyped-def
 
 @compiled_with_free_sums
 def frame_by_frame(seen_by, tree, lines, theta, phi, free, exact, sums):  # type: ignore[no-untyped-def]
-    """Add the terms of the normal equations in each frame, by the unknowns of a limb: theta, phi and a free length.
+    """Compute the terms of the normal equations in each frame, for the unknowns of each limb: theta, phi and its
+    length.
 
     Added to the three arrays of `sums`: the gradient (L, C, F), the diagonal of the curvature after Gauss and Newton
     (L, C, F), and the curvature between a limb and those of its line, exact or after Gauss and Newton (L, M, C, C, F).
@@ -176,7 +178,7 @@ def frame_by_frame(seen_by, tree, lines, theta, phi, free, exact, sums):  # type
 
 @compiled_with_free_sums
 def fill_gradient(along, own, gradient, scale):  # type: ignore[no-untyped-def]
-    """Add the sums (L, C, K + 1) from `frame_by_frame` to gradient and scale (L, N)."""
+    """Add the sums over frames from `frame_by_frame` to the gradient and to the diagonal of the curvature (L, N)."""
     components = along.shape[2] - 1
     for limb in range(len(gradient)):
         for a in range(2):
@@ -190,7 +192,7 @@ def fill_gradient(along, own, gradient, scale):  # type: ignore[no-untyped-def]
 
 @compiled_with_free_sums
 def fill_rows(sums, first, second, scale, lines, penalty, rows):  # type: ignore[no-untyped-def]
-    """Write all blocks of H into `rows` (L, N, M, N), from the sums (L, M, C, C, n) of the couplings.
+    """Write all blocks of the second derivative matrix H into `rows` (L, N, M, N), from sums over frames.
 
     Between angles they are sums of products. If lengths are free, sums of the basis and of one follow.
     """
@@ -220,7 +222,7 @@ def fill_rows(sums, first, second, scale, lines, penalty, rows):  # type: ignore
 
 @compiled_with_free_sums
 def curvature_along(rows, lines, step):  # type: ignore[no-untyped-def]
-    """Return the quadratic form step^T H step for a step (L, N)."""
+    """Return the quadratic form step^T H step, where H contains the second derivatives of the refinement's cost."""
     total = 0.0
     for limb in range(len(rows)):
         for m in range(lines.shape[1]):
@@ -311,7 +313,9 @@ def solve_along_tree(rows, lines, gradient, damping, step):  # type: ignore[no-u
 
 @compiled_with_free_sums
 def clip(corners, left, across, room, cut):  # type: ignore[no-untyped-def]
-    """Write the part of a convex polygon (n, 2) with ``across . x <= room`` into `cut`; return its corner count."""
+    """Clip a convex polygon (n, 2) by the half plane ``across . x <= room``; write it into `cut`, return its corner
+    count.
+    """
     corner_count = 0
     for k in range(left):
         after = k + 1 if k + 1 < left else 0
@@ -330,7 +334,7 @@ def clip(corners, left, across, room, cut):  # type: ignore[no-untyped-def]
 
 @compiled_with_free_sums
 def nearest_faces(white, whitening, flat, normals):  # type: ignore[no-untyped-def]
-    """Write the normals of the hull faces nearest to the origin into `normals` (n, 3); return their number.
+    """Write the normals of those convex hull faces that are nearest to the origin into `normals`; return their number.
 
     A normal may occur twice.
 

@@ -27,7 +27,7 @@ from pipeline.validation import InvalidInput
 
 @dataclass(frozen=True)
 class Observations:
-    """Images of the joints of a tree of limbs, and the known quantities: cameras, root, lengths and basis.
+    """Observed images of the joints, with the known quantities: cameras, root, limb lengths and trajectory basis.
 
     Attributes
     ----------
@@ -69,17 +69,18 @@ class Observations:
 
     @cached_property
     def seen_by(self) -> tuple[np.ndarray, ...]:
-        """Arrays that describe images and cameras, for the kernels."""
+        """Arrays of images and cameras, in the form that the compiled loops need."""
         return self.images, self.visible, self.projection, self.centre, self.root
 
     @cached_property
     def carriers(self) -> np.ndarray:
-        """Index of the parent limb of each limb (L,) as an array, for the kernels."""
+        """Index of each limb's parent limb (L,), as an array for the compiled loops."""
         return np.array(self.parents)
 
     @cached_property
     def sums(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Weights of the sums over frames for gradient, diagonal and blocks of the curvature.
+        """Weights of the sums over frames that give the gradient, the diagonal and the blocks of the second
+        derivatives.
 
         The last column of each array is one.
 
@@ -94,7 +95,7 @@ class Observations:
 
     @cached_property
     def lines(self) -> np.ndarray:
-        """Indices (L, M) of each limb and the limbs between it and the root, the nearest first, then -1."""
+        """Indices (L, M) of each limb and its ancestors, from the limb to the root, padded with -1."""
         lines: list[list[int]] = []
         for limb, parent in enumerate(self.parents):
             lines.append([limb, *(lines[parent] if parent >= 0 else [])])
@@ -134,7 +135,7 @@ def observe(
     frames = len(images)
     if camera.frames not in (None, frames):
         raise InvalidInput(
-            "images and cameras disagree in their frames",
+            "images and cameras have different numbers of frames",
             expected=frames,
             received=camera.frames,
             code="frames_disagree",
@@ -159,19 +160,19 @@ def observe(
 
 
 def angles(given: Observations, unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the angles theta and phi, each (L, F), that the unknowns (L, N) describe."""
+    """Return the angles theta and phi (L, F), rad, of all limbs at the refinement's unknowns (L, N)."""
     components = given.basis.shape[1]
     return unknowns[:, :components] @ given.basis.T, unknowns[:, components : 2 * components] @ given.basis.T
 
 
 def lengths_mm(given: Observations, unknowns: np.ndarray) -> np.ndarray:
-    """Return the limb lengths (L,), mm, that the unknowns (L, N) describe."""
+    """Return the limb lengths (L,), mm, at the refinement's unknowns (L, N)."""
     free = unknowns[:, 2 * given.basis.shape[1] :]
     return given.lengths * np.exp(free[:, 0]) if free.size else given.lengths
 
 
 def relative(given: Observations, unknowns: np.ndarray) -> np.ndarray:
-    """Return the relative trajectories (L, F, 3), mm, that the unknowns describe [park2011 4].
+    """Return the relative trajectories (L, F, 3), mm, of all limbs at the refinement's unknowns [park2011 4].
 
     They lie on spheres about the parent joints for any unknowns.
     """
@@ -180,7 +181,7 @@ def relative(given: Observations, unknowns: np.ndarray) -> np.ndarray:
 
 
 def forward(given: Observations, limbs: np.ndarray) -> np.ndarray:
-    """Return joint positions (L, F, 3): the root plus all limbs on the path to each joint [park2011 6]."""
+    """Return joint positions (L, F, 3), mm, from the root and the relative trajectories of the limbs [park2011 6]."""
     positions = np.empty_like(limbs)
     for limb, parent in enumerate(given.parents):
         np.add(given.root if parent < 0 else positions[parent], limbs[limb], out=positions[limb])
@@ -188,13 +189,14 @@ def forward(given: Observations, limbs: np.ndarray) -> np.ndarray:
 
 
 def behind(given: Observations, positions: np.ndarray) -> np.ndarray:
-    """Return a mask (L, F) of the observed joints that are not in front of their camera."""
+    """Return a mask (L, F) of the observed joints whose estimate is not in front of the camera."""
     depth = (given.projection[:, 2] * (positions - given.centre)).sum(axis=-1)
     return given.visible & ~(depth > 0)
 
 
 def residuals(given: Observations, positions: np.ndarray) -> np.ndarray:
-    """Return reprojection minus image (L, F, 2), px; zero where a joint was not observed [park2011 7].
+    """Return the reprojection errors (L, F, 2), px: reprojected minus observed image, zero without observation
+    [park2011 7].
 
     As printed, a point behind the camera projects like one before it: `behind` tells, and is to be asked first.
     """
@@ -203,14 +205,14 @@ def residuals(given: Observations, positions: np.ndarray) -> np.ndarray:
 
 
 def _reprojection(given: Observations, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the reprojections x_hat (L, F, 2) and the depths (L, F, 1); depth 1 where a joint was not observed."""
+    """Return the reprojected images (L, F, 2), px, and the depths (L, F, 1), with depth 1 for unobserved joints."""
     homogeneous = (given.projection @ (positions - given.centre)[..., None])[..., 0]
     depth = np.where(given.visible, homogeneous[..., 2], 1.0)[..., None]
     return homogeneous[..., :2] / depth, depth
 
 
 def cost(given: Observations, unknowns: np.ndarray) -> float:
-    """Return half the sum of squared distances and penalties over all joints and frames, px² [park2011 5].
+    """Return the refinement's cost, px²: half the sum of squared reprojection errors and penalties [park2011 5].
 
     Infinite if any joint that was seen stands behind its camera.
     """
@@ -221,7 +223,7 @@ def cost(given: Observations, unknowns: np.ndarray) -> float:
 
 
 def linearise(given: Observations, unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the derivatives of the reprojection by joint position, and of each limb by its two angles.
+    """Return the derivatives of the reprojections by joint positions, and of limb vectors by their two angles.
 
     Each step of `refine` has them from `kernels.frame_by_frame`, with second derivatives.
 

@@ -1,4 +1,4 @@
-"""The direction of a limb as two smooth angles (park2011 section 2, equation 4).
+"""Direction of a limb as two smooth angles, inclination and azimuth (park2011 section 2, equation 4).
 
 Symbols
 -------
@@ -24,10 +24,11 @@ from pipeline.shortened import shortened
 from pipeline.validation import InvalidInput, require_finite, require_range, require_shape
 
 _FLAT = 1e-9
-"""Distance from a plane below which a direction counts as lying in the plane."""
+"""Tolerance for geometric ties: unit vectors within this distance of a plane count as lying in it."""
 
 _DETERMINED = 1e-10
-"""Smallest ratio of smallest to largest pivot at which triangular factors determine all coefficients."""
+"""Smallest ratio of triangular pivots, smallest to largest, at which a least squares problem counts as well determined.
+"""
 
 _AT_POLE = 1e-9
 """Sine of the inclination below which the azimuth of a direction is undefined."""
@@ -35,7 +36,7 @@ _AT_POLE = 1e-9
 
 @dataclass(frozen=True)
 class SphericalAngles:
-    """Angles of a path on the sphere without jumps; NaN where the direction is not known.
+    """Continuous inclination and azimuth of a direction over time; NaN in frames without a direction.
 
     Attributes
     ----------
@@ -52,7 +53,7 @@ class SphericalAngles:
 
 @shortened
 class SphericalTrajectory:
-    """A path on the sphere, described by the coefficients of its angles in a trajectory basis.
+    """Direction over time as a curve on the unit sphere: coefficients of its two angles in a trajectory basis.
 
     Attributes
     ----------
@@ -67,7 +68,7 @@ class SphericalTrajectory:
     chart: np.ndarray
 
     def directions(self, basis: np.ndarray) -> np.ndarray:
-        """Return unit vectors (T, 3) for the rows of a basis (T, K) [park2011 4].
+        """Return the unit vectors (T, 3) of the direction at the times of the basis rows (T, K) [park2011 4].
 
         The rows may belong to times between frames.
         """
@@ -76,7 +77,7 @@ class SphericalTrajectory:
 
 
 def to_directions(theta: np.ndarray, phi: np.ndarray, chart: np.ndarray) -> np.ndarray:
-    """Return the unit vectors (…, 3), in the world, of angles of any size and sign [park2011 4].
+    """Return the unit vectors (…, 3), in world coordinates, of inclinations and azimuths of any size [park2011 4].
 
     Parameters
     ----------
@@ -97,7 +98,7 @@ def to_directions(theta: np.ndarray, phi: np.ndarray, chart: np.ndarray) -> np.n
 
 
 def tangents(theta: np.ndarray, phi: np.ndarray, chart: np.ndarray) -> np.ndarray:
-    """Return the derivatives (…, 2, 3) of `to_directions` by theta and phi; charts of L limbs are (L, 1, 3, 3)."""
+    """Return the derivatives (…, 2, 3) of the unit vectors of `to_directions` by inclination and azimuth."""
     across, along, c, s = np.sin(theta), np.cos(theta), np.cos(phi), np.sin(phi)
     by_theta = np.stack([along * c, along * s, -across], axis=-1)
     by_phi = np.stack([-across * s, across * c, np.zeros_like(across)], axis=-1)
@@ -117,16 +118,16 @@ def unit_vectors(directions: np.ndarray) -> np.ndarray:
     if not finite.any():
         raise InvalidInput(
             "no frame has a known direction",
-            expected="one frame or more",
-            received=f"{len(finite)} of NaN",
+            expected="one or more",
+            received=f"{len(finite)} frames of NaN",
             code="no_direction",
         )
     # Brought to unit size before squaring: the squares of 1e-200 are zero, those of 1e200 infinite.
     size = np.abs(np.where(finite[:, None], directions, 1.0)).max(axis=1)
     if not size.all():
         raise InvalidInput(
-            f"the direction of frame {size.argmin()} has no length",
-            expected="a vector but 0",
+            f"the direction vector of frame {size.argmin()} is zero",
+            expected="a vector that is not zero",
             code="zero_length",
             frame=size.argmin(),
         )
@@ -135,7 +136,7 @@ def unit_vectors(directions: np.ndarray) -> np.ndarray:
 
 
 def farthest_chart(units: np.ndarray) -> np.ndarray:
-    """Return the rotation (3, 3) to axes whose pole and opposite pole are farthest from all unit vectors (n, 3).
+    """Return a rotation (3, 3) whose third axis and its opposite are as far as possible from all unit vectors (n, 3).
 
     Notes
     -----
@@ -167,7 +168,7 @@ def farthest_chart(units: np.ndarray) -> np.ndarray:
 
 
 def _nearest_face(units: np.ndarray, whitening: np.ndarray) -> np.ndarray:
-    """Return the normal (3,) of the hull face nearest to the origin.
+    """Return the normal (3,) of that face of the vectors' convex hull which is nearest to the origin.
 
     The hull is that of unit vectors (n, 3) and their opposites.
 
@@ -186,13 +187,13 @@ def _nearest_face(units: np.ndarray, whitening: np.ndarray) -> np.ndarray:
 
 
 def _perpendicular(wanted: np.ndarray, axis: np.ndarray) -> np.ndarray:
-    """Return the unit vector (3,) nearest to a wanted direction among those perpendicular to a unit axis."""
+    """Return the unit vector (3,) perpendicular to an axis that is nearest to another direction."""
     across = wanted - (wanted @ axis) * axis
     return across / np.linalg.norm(across)
 
 
 def _pointing(axis: np.ndarray, mean: np.ndarray) -> np.ndarray:
-    """Return the axis (3,) or its opposite: the one on the side of the mean.
+    """Return an axis (3,) with the sign for which it points towards the mean direction.
 
     If the mean is perpendicular to the axis, the first non-zero coordinate is made positive.
     """
@@ -203,7 +204,7 @@ def _pointing(axis: np.ndarray, mean: np.ndarray) -> np.ndarray:
 
 
 def continuous_angles(directions: np.ndarray, *, chart: np.ndarray | None = None) -> SphericalAngles:
-    """Return the angles of a path on the sphere, without jumps.
+    """Return inclination and azimuth of a direction over time, without jumps.
 
     Parameters
     ----------
@@ -228,7 +229,10 @@ def continuous_angles(directions: np.ndarray, *, chart: np.ndarray | None = None
     chart = farthest_chart(units[frames]) if chart is None else np.asarray(chart, float)
     if chart.shape != (3, 3) or not np.abs(chart @ chart.T - np.eye(3)).max() < 1e-9:
         raise InvalidInput(
-            "the chart is not a rotation", expected="Q Q^T = I", received=chart.tolist(), code="not_rotation"
+            "the matrix of the angle axes is not a rotation",
+            expected="Q Q^T = I",
+            received=chart.tolist(),
+            code="not_rotation",
         )
     x, y, z = (units[frames] @ chart.T).T
     across = np.hypot(x, y)
@@ -246,7 +250,7 @@ def continuous_angles(directions: np.ndarray, *, chart: np.ndarray | None = None
 
 
 def _shortest(inclination: np.ndarray, azimuth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return continuous theta and phi (n,) from inclinations in [0, pi] and azimuths in (-pi, pi]."""
+    """Return continuous angles theta and phi (n,), rad, from inclinations in [0, pi] and azimuths in (-pi, pi]."""
     step, turn = np.diff(inclination), _wrapped(np.diff(azimuth))
     mirrored_step, mirrored_turn = _wrapped(-inclination[1:] - inclination[:-1]), _wrapped(turn + np.pi)
     # Of two sheets that are equally near to rounding, the same one.
@@ -271,7 +275,7 @@ def fit(
     *,
     penalty: np.ndarray | None = None,
 ) -> SphericalTrajectory:
-    """Return the path nearest to given angles among those in the span of a trajectory basis.
+    """Return the curve in the span of a trajectory basis that is nearest to given angles, by least squares.
 
     Parameters
     ----------

@@ -37,7 +37,7 @@ from pipeline.shortened import shortened
 from pipeline.validation import InvalidInput, require_count, require_range, require_shape
 
 LENGTH_FACTOR = 2.0
-"""Largest factor by which a free length may differ from the given length, by default."""
+"""Largest factor by which a free limb length may differ from its initial value, by default."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,7 +107,7 @@ class Refinement:
     n_iterations: int
 
     def relative_at(self, basis: np.ndarray) -> np.ndarray:
-        """Return the relative trajectories (T, L, 3), mm, for the rows of a basis (T, K).
+        """Return the relative trajectories (T, L, 3), mm, at the times of the basis rows (T, K).
 
         The rows may belong to times between frames.
         """
@@ -128,7 +128,7 @@ def refine(
     options: RefinementOptions = RefinementOptions(),
     names: Sequence[str] | None = None,
 ) -> Refinement:
-    """Find the trajectories of all joints that minimise the reprojection error of the whole tree [park2011 5].
+    """Refine the trajectories of all joints: minimise the reprojection error of the whole skeleton [park2011 5].
 
     Parameters
     ----------
@@ -201,7 +201,7 @@ def _starting_paths(
     options: RefinementOptions,
     called: Sequence[str],
 ) -> list[SphericalTrajectory]:
-    """Return the initial path of each limb in the basis (F, K)."""
+    """Return the initial trajectory of each limb in the basis (F, K)."""
     limbs, charts = len(called) - 1, options.charts
     if paths := [path for path in directions if isinstance(path, SphericalTrajectory)]:
         return paths
@@ -221,7 +221,7 @@ def _refinement(
     converged: bool,
     iterations: int,
 ) -> Refinement:
-    """Return the refined motion that the unknowns (L, 2 K or 2 K + 1) describe."""
+    """Return the refined motion at the final values of the unknowns (L, 2 K or 2 K + 1)."""
     moved = reprojection.relative(given, unknowns)
     ends = reprojection.forward(given, moved)
     distance = np.linalg.norm(reprojection.residuals(given, ends), axis=-1)
@@ -242,7 +242,7 @@ def _refinement(
 
 
 def _softened(given: Observations, unknowns: np.ndarray, cutoff: float) -> Observations:
-    """Return the observations with the penalty of a soft basis added.
+    """Return the observations with a penalty on high-frequency coefficients, as for a soft basis.
 
     The penalty is scaled by the mean square image motion of each limb in pixels per radian.
     """
@@ -261,8 +261,8 @@ def _softened(given: Observations, unknowns: np.ndarray, cutoff: float) -> Obser
 def _check_start(given: Observations, unknowns: np.ndarray, called: Sequence[str]) -> None:
     if not given.visible.any():
         raise InvalidInput(
-            "nothing was seen",
-            expected="another joint than the root where camera and root are known",
+            "no joint was observed",
+            expected="at least one image of a joint other than the root, with camera and root position",
             code="nothing_seen",
         )
     positions = reprojection.forward(given, reprojection.relative(given, unknowns))
@@ -270,9 +270,9 @@ def _check_start(given: Observations, unknowns: np.ndarray, called: Sequence[str
     if len(wrong):
         frame, limb = wrong[0]
         raise InvalidInput(
-            f"the start stands behind the camera in frame {frame}",
+            f"the initial trajectory lies behind the camera in frame {frame}",
             f"joint {called[limb + 1]}",
-            "joints that were seen in front of it",
+            "all observed joints in front of the camera",
             code="behind_camera",
             frame=frame,
         )

@@ -1,4 +1,4 @@
-"""Synchronization: one performance is brought to the rate of another (mozerov2006 section 3).
+"""Synchronization of performances: one is resampled so that its timing follows another (mozerov2006 section 3).
 
 `synchronize` does it for a pair, `synchronize_all` for all ordered pairs, `distances` says how far
 these are apart, `median_sequence` chooses the pattern to which all are brought; `normalise` aligns ends

@@ -1,4 +1,4 @@
-"""Synchronization of all pairs of performances at once, and their median sequence (mozerov2006 section 3).
+"""Synchronization of all pairs of performances, and the choice of their median sequence (mozerov2006 section 3).
 
 Symbols
 -------
@@ -32,13 +32,14 @@ from pipeline.core.synchronization.trellis import (
 from pipeline.validation import InvalidInput, require_range, require_shape
 
 _TILE_BYTES = 2**20
-"""Size, in bytes, of the arrays of a tile of pairs for one sample, which fit into a processor cache."""
+"""Size, in bytes, of the arrays for one sample of a tile (a block of pairs), so that they fit into a processor cache.
+"""
 
 _KEPT_BYTES = 2**27
-"""Size, in bytes, of the costs that a tile stores for backtracking."""
+"""Size, in bytes, of the accumulated costs that a tile (a block of pairs) stores for backtracking."""
 
 _LARGEST = 1e140
-"""Magnitude of a coordinate from which sums of squares may overflow."""
+"""Magnitude of a coordinate above which sums of squares may overflow."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +59,7 @@ class AllPairs:
 
 
 def same_size(sequences: Sequence[np.ndarray] | np.ndarray, names: Sequence[str] | None = None) -> np.ndarray:
-    """Return the sequences as one array (M, P, b) of finite numbers.
+    """Return the sequences as one array (M, P, b), after checking that they have equal sizes and finite values.
 
     Parameters
     ----------
@@ -77,7 +78,7 @@ def same_size(sequences: Sequence[np.ndarray] | np.ndarray, names: Sequence[str]
     for name, array in zip(called, arrays, strict=True):
         if array.ndim != 2 or array.size == 0:
             raise InvalidInput(
-                "not a sequence of postures",
+                "the array is not a sequence of postures",
                 name,
                 "(frames, dimensions), one or more of each",
                 array.shape,
@@ -86,18 +87,18 @@ def same_size(sequences: Sequence[np.ndarray] | np.ndarray, names: Sequence[str]
             )
         if array.shape[1] != arrays[0].shape[1]:
             raise InvalidInput(
-                "postures have another dimension",
+                f"its postures differ in dimension from those of {called[0]}",
                 name,
-                f"{arrays[0].shape[1]}, as {called[0]} has",
+                arrays[0].shape[1],
                 array.shape[1],
                 code="other_dimension",
                 dimension=array.shape[1],
             )
         if len(array) != len(arrays[0]):
             raise InvalidInput(
-                "another length: normalise the time of all sequences first",
+                f"its length differs from that of {called[0]}; normalise the time of all sequences first",
                 name,
-                f"{len(arrays[0])} frames, as {called[0]} has",
+                f"{len(arrays[0])} frames",
                 len(array),
                 code="other_length",
                 frames=len(array),
@@ -127,7 +128,7 @@ def synchronize_all(
     start: str = "fixed",
     steps: Sequence[int] = STEPS,
 ) -> AllPairs:
-    """Synchronize all ordered pairs of sequences, as `synchronize` does for one pair.
+    """Synchronize every ordered pair of M sequences.
 
     Parameters
     ----------
@@ -149,7 +150,7 @@ def synchronize_all(
     rows = same_size(sequences)
     if len(rows) < 2:
         raise InvalidInput(
-            "there is nothing to synchronize with",
+            "synchronization needs at least two sequences",
             expected="two or more sequences",
             received=len(rows),
             code="too_few_performances",
@@ -184,7 +185,7 @@ def distances(
     start: str = "fixed",
     steps: Sequence[int] = STEPS,
 ) -> np.ndarray:
-    """Return the synchronization distances C(n, m), (M, M), of all ordered pairs, as from `synchronize_all`.
+    """Return the synchronization distances C(n, m), (M, M), of every ordered pair of M sequences.
 
     Parameters
     ----------
@@ -202,7 +203,7 @@ def distances(
 
 
 def _tiles(rows: np.ndarray, nodes: Trellis) -> Iterator[tuple[slice, slice, np.ndarray, list[np.ndarray]]]:
-    """Yield ranges of n and of m that together cover all pairs, with their costs (m, n) and the accumulated costs S.
+    """Yield tiles of the table of pairs: index ranges of n and m, costs (m, n), and accumulated costs S.
 
     The memory of S is reused for the next tile.
     """
@@ -235,7 +236,7 @@ def _tiles(rows: np.ndarray, nodes: Trellis) -> Iterator[tuple[slice, slice, np.
 def _misfit(
     left: np.ndarray, right: np.ndarray, rounding: float, memory: np.ndarray, p: int, low: int, high: int
 ) -> np.ndarray:
-    """Return the misfit E (high - low + 1, pairs) at sample p.
+    """Return the squared distances E (high - low + 1, pairs) between matched postures, for disparities low to high.
 
     The extended postures are left (P, b + 2, n) and right (P, m, b + 2).
     """
@@ -248,7 +249,7 @@ def _misfit(
 
 
 def _tile_size(count: int, nodes: Trellis) -> tuple[int, int]:
-    """Return the number of base sequences n and the number of other sequences m in one tile."""
+    """Return the size of a tile of pairs: the number of base sequences n, and of sequences m synchronized to them."""
     cached, stored = 3 * 8 * int(nodes.widths.max()), 8 * int(nodes.widths.sum())
     pairs = min(_TILE_BYTES // cached, _KEPT_BYTES // stored)
     bases = max(1, min(count, pairs, 40))
@@ -282,7 +283,7 @@ def median_sequence(distances: np.ndarray) -> int:
     if not (np.isfinite(distances).all() and (distances >= 0).all()):
         n, m = np.argwhere(~(np.isfinite(distances) & (distances >= 0)))[0]
         raise InvalidInput(
-            f"the distance of sequences {n} and {m} is none",
+            f"the synchronization distance of sequences {n} and {m} is invalid",
             expected="0 or more",
             received=f"{distances[n, m]:g}",
             code="invalid_distance",

@@ -14,7 +14,7 @@ from scipy.ndimage import gaussian_filter1d
 from pipeline.validation import InvalidInput, require_range, require_shape
 
 SMOOTHING = 0.03
-"""Standard deviation of the Gaussian smoothing before derivatives are taken, as a share of the duration."""
+"""Standard deviation of the Gaussian smoothing before differentiation, as a fraction of the performance's duration."""
 
 
 def curvature(sequence: np.ndarray, *, where: str = "the performance") -> np.ndarray:
@@ -34,7 +34,9 @@ def curvature(sequence: np.ndarray, *, where: str = "the performance") -> np.nda
     x = checked(sequence, where)
     r = np.sqrt(x.var(axis=0).sum())
     if not r > 1e-12 * np.abs(x).max():
-        raise InvalidInput("nothing moves, so there is no curvature", where, code="no_motion")
+        raise InvalidInput(
+            "the performance contains no movement, so it has no curvature", where, code="no_motion"
+        )
     duration = len(x) - 1
     smooth = gaussian_filter1d(x / r, SMOOTHING * duration, axis=0, mode="nearest")
     # Differences: the derivatives of a sampled Gaussian do not sum to zero, so they would see where x is.

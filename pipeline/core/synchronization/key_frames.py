@@ -29,7 +29,8 @@ from pipeline.core.synchronization.curvature import checked, curvature
 from pipeline.validation import InvalidInput, require_count, require_shape
 
 SEPARATION, CONSISTENCY = 0.06, 1.0
-"""Smallest distance between key-frames, as a share of the duration, and weight of the agreement of postures.
+"""Smallest distance between key-frames, as a fraction of the duration, and weight of posture similarity in their
+choice.
 
 The distance also applies between a key-frame and an end of the performance.
 
@@ -42,7 +43,7 @@ _ROUNDS, _GRID = 500, 201
 
 @dataclass(frozen=True)
 class KeyFrames:
-    """Frames of the same K key-frames in M performances.
+    """Frame indices of the K key-frames in each of M performances, which show corresponding postures.
 
     Attributes
     ----------
@@ -60,7 +61,7 @@ class KeyFrames:
 
 @dataclass(frozen=True)
 class KeyFrameSynchronization:
-    """Performances resampled so that all have the same number of frames between key-frames.
+    """Performances that are resampled so that corresponding key-frames have the same sample index.
 
     Attributes
     ----------
@@ -77,7 +78,7 @@ class KeyFrameSynchronization:
 
 
 def choose_key_frames(sequences: Sequence[np.ndarray], *, count: int = 5) -> KeyFrames:
-    """Choose key-frames of maximum curvature that show the same postures in all performances.
+    """Choose key-frames of maximum curvature that show corresponding postures in all performances.
 
     Parameters
     ----------
@@ -105,7 +106,7 @@ def choose_key_frames(sequences: Sequence[np.ndarray], *, count: int = 5) -> Key
         least = (count + 1) * _apart(len(x)) + 1
         if len(x) < least:
             raise InvalidInput(
-                f"too short for {count} key-frames that are {SEPARATION:g} of the duration apart",
+                f"too short for {count} key-frames at distances of {SEPARATION:.0%} of the duration",
                 f"performance {number}",
                 f"{least} frames",
                 len(x),
@@ -139,7 +140,7 @@ def choose_key_frames(sequences: Sequence[np.ndarray], *, count: int = 5) -> Key
 def resample_by_key_frames(
     sequences: Sequence[np.ndarray], frames: np.ndarray, n_samples: int
 ) -> KeyFrameSynchronization:
-    """Resample performances linearly, so that all have the same number of samples between key-frames.
+    """Resample performances linearly, so that corresponding key-frames have the same sample index.
 
     Parameters
     ----------
@@ -161,7 +162,7 @@ def resample_by_key_frames(
     count = frames.shape[1]
     if n_samples < count + 2:
         raise InvalidInput(
-            "fewer samples than key-frames and ends",
+            "too few samples for the key-frames and both ends of a performance",
             expected=f"{count + 2} or more",
             received=n_samples,
             code="too_few_samples",
@@ -172,7 +173,7 @@ def resample_by_key_frames(
     steps = np.diff(nodes, axis=1) > 0
     if not steps.all():
         raise InvalidInput(
-            "the key-frames do not increase between the ends",
+            "the key-frames do not increase, or include an end of the performance",
             f"performance {(~steps.all(axis=1)).argmax()}",
             code="not_increasing",
         )
@@ -189,12 +190,12 @@ def resample_by_key_frames(
 
 
 def _apart(frames: int) -> int:
-    """Return the smallest distance between key-frames, in frames."""
+    """Return the smallest allowed distance between key-frames, in frames."""
     return max(1, int(np.ceil(SEPARATION * (frames - 1) - 1e-9)))
 
 
 def _best(score: np.ndarray, count: int) -> np.ndarray:
-    """Return the increasing frames (K,) whose scores, (F,) or (K, F), have the largest sum.
+    """Return the increasing frames (K,) with the largest sum of scores (F,) or (K, F).
 
     If two choices are equal, the earlier frames are taken.
     """

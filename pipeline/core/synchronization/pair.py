@@ -1,4 +1,4 @@
-"""Synchronization of a pair: one performance is brought to the rate of another (mozerov2006 section 3).
+"""Synchronization of two performances: one is resampled so that its timing follows the other (mozerov2006 section 3).
 
 Symbols
 -------
@@ -31,12 +31,12 @@ from pipeline.shortened import shortened
 from pipeline.validation import InvalidInput, require_count
 
 _CHUNK = 2**16
-"""Number of differences in memory at the same time while a disparity space image is computed."""
+"""Number of posture differences that are in memory at once during the computation of a disparity space image."""
 
 
 @shortened
 class Synchronization:
-    """Disparity function that brings one sequence to the rate of another.
+    """Disparity function that synchronizes one sequence with another, and the synchronization distance.
 
     Attributes
     ----------
@@ -51,7 +51,8 @@ class Synchronization:
 
 
 def normalise(sequence: np.ndarray, frames: int) -> np.ndarray:
-    """Resample a sequence (F, b) linearly to `frames` evenly spaced times, (P, b) [mozerov2006 6, 7].
+    """Resample a sequence (F, b) linearly to `frames` evenly spaced times, (P, b), with both ends kept
+    [mozerov2006 6, 7].
 
     The first and the last posture are kept.
 
@@ -81,7 +82,7 @@ def normalise(sequence: np.ndarray, frames: int) -> np.ndarray:
     last = len(sequence) - 1
     if samples == 1 and last > 0:
         raise InvalidInput(
-            "one frame cannot hold both ends of a sequence",
+            "one frame cannot contain both ends of a sequence",
             expected="two frames or more",
             received="1",
             code="too_few_samples",
@@ -90,7 +91,8 @@ def normalise(sequence: np.ndarray, frames: int) -> np.ndarray:
 
 
 def rate_to_rate(disparity: np.ndarray) -> np.ndarray:
-    """Return the rate-to-rate synchronization function tau (…, P), in samples [mozerov2006 8, 9].
+    """Return the rate-to-rate synchronization function tau (…, P), in samples: sample number plus disparity
+    [mozerov2006 8, 9].
 
     Parameters
     ----------
@@ -106,7 +108,7 @@ def rate_to_rate(disparity: np.ndarray) -> np.ndarray:
 
 
 def warp(x_m: np.ndarray, disparity: np.ndarray) -> np.ndarray:
-    """Return the synchronized sequence x_{n,m}(p) = x_m(p + Delta(p)) [mozerov2006 10, 18].
+    """Return the sequence x_m with its timing synchronized to x_n: x_{n,m}(p) = x_m(p + Delta(p)) [mozerov2006 10, 18].
 
     Parameters
     ----------
@@ -127,8 +129,8 @@ def warp(x_m: np.ndarray, disparity: np.ndarray) -> np.ndarray:
     x_m, disparity = np.asarray(x_m, float), np.asarray(disparity)
     if x_m.ndim < 2 or disparity.shape != x_m.shape[:-1] or disparity.dtype.kind not in "iu":
         raise InvalidInput(
-            "sequence and disparity disagree",
-            expected="x_m (…, P, b) and whole numbers (…, P)",
+            "sequence and disparity function have incompatible shapes",
+            expected="x_m (…, P, b), and integer disparities (…, P)",
             received=f"x_m {x_m.shape} and {disparity.dtype} {disparity.shape}",
             code="mismatch",
         )
@@ -137,7 +139,7 @@ def warp(x_m: np.ndarray, disparity: np.ndarray) -> np.ndarray:
     if outside.any():
         p = int(np.argwhere(outside)[0][-1])
         raise InvalidInput(
-            f"the disparity of sample {p} leads outside of the sequence",
+            f"the disparity of sample {p} refers to a sample outside the sequence",
             expected=f"samples 0 to {tau.shape[-1] - 1}",
             received=tau[outside][0],
             code="beyond_samples",
@@ -150,7 +152,8 @@ def warp(x_m: np.ndarray, disparity: np.ndarray) -> np.ndarray:
 def synchronization_distance(
     x_n: np.ndarray, x_m: np.ndarray, disparity: np.ndarray, *, smoothness: float, penalty: str = "change"
 ) -> float:
-    """Return the synchronization distance along a given path, squared aSpace units [mozerov2006 11, 12].
+    """Return the synchronization distance of two sequences for a given disparity function, squared aSpace units
+    [mozerov2006 11, 12].
 
     Parameters
     ----------
@@ -172,7 +175,8 @@ def synchronization_distance(
 
 
 def disparity_space_image(x_n: np.ndarray, x_m: np.ndarray, *, max_disparity: int) -> np.ndarray:
-    """Return the squared distances E (P, 2D + 1) between x_n(p) and x_m(p + d), d from -D to D [mozerov2006 14].
+    """Return the disparity space image (P, 2D + 1): the squared distances of x_n(p) and x_m(p + d), |d| <= D
+    [mozerov2006 14].
 
     Parameters
     ----------
@@ -215,7 +219,7 @@ def synchronize(
     start: str = "fixed",
     steps: Sequence[int] = STEPS,
 ) -> Synchronization:
-    """Return the disparity function with the smallest synchronization distance, and this distance [mozerov2006 15].
+    """Return the disparity function with the smallest synchronization distance, and that distance [mozerov2006 15].
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Trellis of disparities, and the path with the lowest cost through it (mozerov2006 section 3, figure 2).
+"""Trellis of disparities for the dynamic programming, and its path of lowest cost (mozerov2006 section 3, figure 2).
 
 Symbols
 -------
@@ -35,7 +35,7 @@ _TIE = 1e-12
 
 @dataclass(frozen=True)
 class Trellis:
-    """Disparities that a path may have at each sample, and costs of the steps between samples.
+    """Trellis of the dynamic programming: the allowed disparities at each sample, and the costs of their changes.
 
     Attributes
     ----------
@@ -57,16 +57,16 @@ class Trellis:
 
     @property
     def margin(self) -> int:
-        """Number of padding nodes on each side of a sample's disparities, which the steps to the next sample need."""
+        """Number of padding nodes on each side of a sample's disparities, so that all changes stay inside the array."""
         return max(self.steps) - min(self.steps)
 
     @property
     def widths(self) -> np.ndarray:
-        """Number of nodes of each sample (P,), including the padding on both sides."""
+        """Number of nodes (P,) that the trellis has at each sample, including the padding on both sides."""
         return self.high - self.low + 1 + 2 * self.margin
 
     def penalties(self, disparity: np.ndarray, step: np.ndarray | int) -> np.ndarray:
-        """Return the cost of steps k from disparities at sample p - 1 to disparities at sample p [mozerov2006 12].
+        """Return the cost of changing the disparity by k between two consecutive samples [mozerov2006 12].
 
         The arguments are broadcast.
 
@@ -82,7 +82,8 @@ class Trellis:
         return self.smoothness * np.abs(step if self.penalty == "change" else disparity)
 
     def distances_so_far(self, misfit: np.ndarray, paths: np.ndarray) -> np.ndarray:
-        """Return the cumulative synchronization distance (…, P) along paths, including each sample [mozerov2006 12].
+        """Return the synchronization distance accumulated up to each sample (…, P) along disparity paths
+        [mozerov2006 12].
 
         Parameters
         ----------
@@ -111,7 +112,7 @@ def allowed_disparities(
     start: str = "fixed",
     steps: Sequence[int] = STEPS,
 ) -> Trellis:
-    """Return the disparities that a path may have at each sample, and the costs of its steps [mozerov2006 13].
+    """Return the trellis of the allowed disparities at each sample, for the dynamic programming [mozerov2006 13].
 
     Parameters
     ----------
@@ -144,15 +145,15 @@ def allowed_disparities(
     ordered = tuple(sorted((k for k in unique if k > -max(frames, 2)), key=lambda k: (abs(k), k)))
     if 0 not in ordered:
         raise InvalidInput(
-            "no step leaves the disparity as it is",
+            "the steps must include 0, which leaves the disparity unchanged",
             expected="0 among them",
             received=ordered,
             code="no_zero_step",
         )
     if max(ordered) > 1:
         raise InvalidInput(
-            f"the step {max(ordered)} runs time backwards, at the rate 1 - k",
-            expected="steps of at most 1",
+            f"the step {max(ordered)} makes time run backwards",
+            expected="steps of at most 1, because the rate is 1 - step",
             received=ordered,
             code="step_runs_backwards",
         )
@@ -167,7 +168,7 @@ def allowed_disparities(
 
 
 def allocate_costs(nodes: Trellis, pairs: int) -> list[np.ndarray]:
-    """Allocate arrays (width, pairs) for the costs, one for each sample, without setting their values."""
+    """Allocate an uninitialised array (width, pairs) of accumulated costs for each sample."""
     ends = np.cumsum(nodes.widths)
     memory = np.empty((ends[-1], pairs))
     return [memory[end - width : end] for end, width in zip(ends, nodes.widths, strict=True)]
@@ -176,7 +177,7 @@ def allocate_costs(nodes: Trellis, pairs: int) -> list[np.ndarray]:
 def accumulate(
     nodes: Trellis, misfit: Callable[[int, int, int], np.ndarray], out: list[np.ndarray]
 ) -> np.ndarray:
-    """Return the smallest cost (pairs,) of a whole path, by the recurrence [mozerov2006 16].
+    """Return the smallest total cost (pairs,) of a disparity path for each pair, by the recurrence [mozerov2006 16].
 
     The accumulated cost S of every node is written into `out`.
 
@@ -216,7 +217,7 @@ def accumulate(
 
 
 def _groups(nodes: Trellis) -> list[tuple[float, list[int]]]:
-    """Return groups of steps with the same penalty, most expensive first.
+    """Return the disparity steps grouped by their penalty, largest penalty first.
 
     The penalty is given if it depends on the step only, otherwise it is 0.
     """
@@ -236,7 +237,7 @@ def _cheapest(
     best: np.ndarray,
     other: np.ndarray,
 ) -> np.ndarray:
-    """Return the smallest cost (width, pairs) over all steps k from nodes `first` + k, … of the previous sample."""
+    """Return the smallest cost (width, pairs) of reaching each node from the nodes of the previous sample."""
     cheapest = None
     for penalty, steps in groups:
         out = best if cheapest is None else other
@@ -252,7 +253,7 @@ def _cheapest(
 
 
 def backtrack(nodes: Trellis, rows: list[np.ndarray]) -> np.ndarray:
-    """Return the disparities (P, pairs) of the paths with the lowest cost [mozerov2006 17].
+    """Return the disparity functions (P, pairs) of lowest cost by backtracking from the last sample [mozerov2006 17].
 
     They are traced back from disparity zero at the last sample.
 

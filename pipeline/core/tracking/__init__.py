@@ -1,4 +1,4 @@
-"""Particle filter with the action model as prior, the application in mozerov2006 sections 1 and 4.
+"""Particle filter that uses the action model as prior, the application in mozerov2006 sections 1 and 4.
 
 `track` follows one performance from its 2D image: `Dynamics` predict postures along the action model and prune those
 outside of its bounds, a `Likelihood` weighs them by the image; both go through the compiled loops of `kernels`.  The

@@ -1,4 +1,4 @@
-"""Errors of a track, mm, and errors of the mean performance without tracking.
+"""Joint errors of a tracked performance, mm, and those of the mean performance at its best timing.
 
 The action model without an image is its mean performance; the question is at which phase.  With a constant rate
 nothing of the performer is used but the duration; at the best phase of each frame (`best_phase`)
@@ -14,7 +14,7 @@ from pipeline.skeleton import PELVIS
 
 
 def best_phase(performance: np.ndarray, mean_performance: np.ndarray) -> np.ndarray:
-    """Return the phase (T,), in whole samples, at which the mean performance is nearest to each frame.
+    """Return the phase (T,), in whole samples, at which the mean performance is nearest to each frame of a performance.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def best_phase(performance: np.ndarray, mean_performance: np.ndarray) -> np.ndar
 
 
 def joint_error(estimated: np.ndarray, true: np.ndarray) -> np.ndarray:
-    """Return the mean distance (T,), mm, between estimated and true joints in each frame.
+    """Return the mean distance (T,), mm, between estimated and true joints in each frame, relative to the pelvis.
 
     The estimated pelvis is first moved to the true pelvis; the mean is over the other joints.
 

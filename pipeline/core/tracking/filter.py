@@ -1,4 +1,4 @@
-"""Particle filter with the action model as prior, the application in mozerov2006 sections 1 and 4.
+"""Particle filter that uses the action model as prior, the application in mozerov2006 sections 1 and 4.
 
 "This knowledge is subsequently used in a particle filter tracking framework to prune those predictions which are
 not likely to be found in that action": the paper leaves the framework to the reader; this is ours.  Predictions are
@@ -22,12 +22,12 @@ from pipeline.core.tracking.prediction import Dynamics, Walk
 from pipeline.validation import InvalidInput
 
 _UNDERFLOW = np.log(np.nextafter(0.0, 1.0))
-"""Logarithm of the smallest positive double; a smaller likelihood becomes a weight of zero."""
+"""Logarithm of the smallest positive double; smaller likelihoods become weights of zero."""
 
 
 @dataclass(frozen=True)
 class Track:
-    """Postures estimated in T frames, each from the images up to that frame.
+    """Tracked performance: the posture in each of T frames, estimated from the images up to that frame.
 
     Attributes
     ----------
@@ -72,7 +72,7 @@ def track(
     dynamics: Dynamics | None = None,
     prior: bool = True,
 ) -> Track:
-    """Track a performance seen in 2D: estimate its postures in the aSpace, frame by frame.
+    """Track a performance in 2D images: estimate its posture in the aSpace, frame by frame, by a particle filter.
 
     Parameters
     ----------
@@ -99,8 +99,8 @@ def track(
     nowhere = ~np.isfinite(to_joints(walk.mean)).all(axis=(1, 2))
     if nowhere.any():
         raise InvalidInput(
-            "to_joints gives a position that is not finite",
-            f"sample {nowhere.argmax()} of the mean",
+            "to_joints returned a position that is not finite",
+            f"sample {nowhere.argmax()} of the mean performance",
             code="not_finite",
         )
     frames, equal = likelihood.frames, np.full(n_particles, -np.log(n_particles))

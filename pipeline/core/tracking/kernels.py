@@ -1,4 +1,4 @@
-"""Compiled loops over the particles of a frame: steps, postures and image densities.
+"""Compiled loops over the particles of a frame: motion, postures and image likelihoods.
 
 Symbols as in `prediction` and `likelihood`.  Each loop is what the lines of arrays in its caller's words would be; it
 is compiled: a frame has few particles and many small operations, whose overhead exceeds their work.
@@ -15,7 +15,7 @@ from pipeline.compilation import compiled_exactly
 
 @compiled_exactly
 def step_forward(state, innovations, keep, step, rate_step, rate_bounds, last, after):
-    """Write the next states, from states (S, 2 + b) and innovations; the rate is reflected at its bounds.
+    """Compute the particles' next states from states (S, 2 + b) and innovations, with the rate reflected at its bounds.
 
     A rate that is NaN, without the prior, stays so, and so does the phase.
     """
@@ -37,7 +37,7 @@ def step_forward(state, innovations, keep, step, rate_step, rate_bounds, last, a
 
 @compiled_exactly
 def deviate(state, mean, sd, x):
-    """Write the postures x = m(p) + s(p) z (S, b) of the particles.
+    """Compute the postures x = m(p) + s(p) z (S, b) of S particles from phase p and deviation z.
 
     Mean m and standard deviation s are interpolated linearly between samples.
     """
@@ -53,7 +53,7 @@ def deviate(state, mean, sd, x):
 
 @compiled_exactly
 def image_misfit(points, matrix, seen, image, weights, free_axes, misfit):
-    """Write the sum of squared residuals |r_j|² (S,) of sets of joints (S, J, 3).
+    """Compute the sum of squared image residuals (S,) of the joints of S particles (S, J, 3).
 
     Along free axes, the residuals are relative to their weighted mean.
 

@@ -29,7 +29,7 @@ from pipeline.validation import require_range
 
 @dataclass(frozen=True)
 class Likelihood:
-    """Image of J joints in T frames from a known view angle, with its noise.
+    """Observed 2D image of J joints in T frames from a known view angle, with its noise level.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class Likelihood:
     noise: float | np.ndarray
     place_known: bool = True
     visible: np.ndarray = field(init=False, repr=False)
-    """Mask (T, J) of joints that were seen and count in the likelihood."""
+    """Mask (T, J) of the visible joints, which contribute to the likelihood."""
 
     def __post_init__(self) -> None:
         require_range("noise", np.min(self.noise), above=0)
@@ -67,7 +67,7 @@ class Likelihood:
 
     @cached_property
     def log_peak(self) -> np.ndarray:
-        """Log density (T,) of an image that fits exactly; 0 in frames without a visible joint."""
+        """Log density (T,) of the image of a perfectly fitting posture; 0 in frames without a visible joint."""
         logarithm = np.where(self.visible, np.log(self.noise), 0.0)
         weights = np.where(self.visible, self.noise**-2.0, 0.0).sum(axis=1)
         count = self.visible.sum(axis=1)
@@ -77,7 +77,8 @@ class Likelihood:
         return np.where(count, peak if self.place_known else peak + 0.5 * width, 0.0)
 
     def log_density(self, joints: np.ndarray, frame: int) -> np.ndarray:
-        """Return the log density (S,) of the image in one frame, given S sets of joints (S, J, 3), mm.
+        """Return the log density (S,) of one frame's image for each of S candidate sets of joint positions (S, J, 3),
+        mm.
 
         Minus infinity where a joint that was seen has no place.
         """
@@ -97,5 +98,5 @@ class Likelihood:
 
     @cached_property
     def _matrix(self) -> np.ndarray:
-        """Projection matrix (2, 3) from a point to its image."""
+        """Matrix (2, 3) that projects a 3D point to the image."""
         return np.ascontiguousarray(camera.project(np.eye(3), self.view_angle_rad).T)

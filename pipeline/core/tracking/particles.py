@@ -1,4 +1,4 @@
-"""Weighted particles: log-weights, effective sample size, systematic resampling.
+"""Weights of particles: normalisation, effective sample size and systematic resampling.
 
 Weights are kept as natural logarithms, so that a sharp likelihood leaves the best particle a weight of one where
 its plain weight would be zero to double precision.
@@ -10,7 +10,7 @@ import numpy as np
 
 
 def normalise(log_weights: np.ndarray) -> tuple[np.ndarray, float]:
-    """Return normalised log-weights (S,), and the logarithm of the sum of the weights before normalisation.
+    """Return normalised log-weights (S,), and the logarithm of the sum of the original weights.
 
     Examples
     --------
@@ -37,7 +37,7 @@ def effective_sample_size(log_weights: np.ndarray) -> float:
 
 
 def resample_systematically(log_weights: np.ndarray, offset: float) -> np.ndarray:
-    """Return the indices (S,) of the resampled particles, ascending.
+    """Return the indices (S,) of the particles that systematic resampling selects, in ascending order.
 
     Particle i occurs S w_i times, rounded up or down.
 

@@ -1,4 +1,4 @@
-"""Prediction of postures along the action model, within its bounds, at the rate of the performer.
+"""Prediction of the particles' postures along the action model, within its bounds, at the rate of the performer.
 
 Symbols
 -------
@@ -33,7 +33,7 @@ from pipeline.validation import InvalidInput
 
 @dataclass(frozen=True)
 class Dynamics:
-    """Parameters of the motion of particles from one frame to the next.
+    """Parameters of the particles' motion from one frame to the next.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ class Dynamics:
 
 
 class Walk:
-    """Predictions from an action model.
+    """Random walk of the particles along the action model: phase, rate, and deviation from the mean performance.
 
     States (S, 2 + b) contain phase p, rate v, and the deviation z with the prior or the posture x without it.
 
@@ -86,7 +86,9 @@ class Walk:
     def draw(
         self, state: np.ndarray | None, count: int, generator: np.random.Generator
     ) -> tuple[np.ndarray, float]:
-        """Draw innovations (S, 2 + b) with accepted predictions; return them and the share that was first rejected."""
+        """Draw random innovations (S, 2 + b) whose predictions the action model accepts; also return the rejected
+        fraction.
+        """
         innovations = generator.standard_normal((count, 2 + self.mean.shape[1]))
         if not np.isfinite(self.bound) or (state is not None and self.dynamics.diffusion == 0.0):
             return innovations, 0.0
@@ -102,7 +104,9 @@ class Walk:
         return innovations, outside.any(axis=1).mean()
 
     def apply(self, state: np.ndarray | None, innovations: np.ndarray) -> np.ndarray:
-        """Return the next states, from states and innovations; in the first frame, from innovations only."""
+        """Return the particles' next states (S, 2 + b) from states and innovations; the first states need innovations
+        only.
+        """
         d = self.dynamics
         after = np.empty_like(innovations)
         low, high = np.multiply(d.rate_bounds, d.nominal_rate)
@@ -124,7 +128,7 @@ class Walk:
         return after
 
     def posture(self, state: np.ndarray) -> np.ndarray:
-        """Return the postures x (S, b) of the states in the aSpace."""
+        """Return the postures (S, b) in the aSpace that belong to the particles' states."""
         if not self.prior:
             return state[:, 2:]
         x = np.empty((len(state), self.mean.shape[1]))
@@ -133,7 +137,7 @@ class Walk:
 
 
 def learnt_diffusion(performances: np.ndarray, mean: np.ndarray, standard_deviation: np.ndarray) -> float:
-    """Estimate the diffusion q of deviations, per sample, from the performances of the action model.
+    """Estimate the diffusion q of the deviations from the mean, per sample, from the training performances.
 
     Parameters
     ----------
@@ -154,7 +158,7 @@ def learnt_diffusion(performances: np.ndarray, mean: np.ndarray, standard_deviat
     power = np.sqrt((z[:, 1:] ** 2).sum() * (z[:, :-1] ** 2).sum())
     if not power > 0:
         raise InvalidInput(
-            "the performances do not deviate from their mean",
+            "the performances are identical to their mean, so their diffusion cannot be estimated",
             "learnt diffusion",
             code="identical_performances",
         )

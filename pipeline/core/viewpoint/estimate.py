@@ -29,7 +29,7 @@ from pipeline.validation import InvalidInput, require_choice, require_finite, re
 FULL_CIRCLE = (-np.pi, np.pi)
 
 _GRID_STEP_RAD = {"global": np.pi / 90, "published": np.pi / 180}
-"""Step of the grid of view angles: 2 degrees if the minimum is refined, 1 degree as in appendix B otherwise."""
+"""Spacing of the grid of view angles: 2 degrees if the minimum is refined, 1 degree as in appendix B otherwise."""
 
 
 def estimate(
@@ -76,7 +76,7 @@ def estimate(
         require_noise_variance(noise_variance)
     elif method == "map":
         raise InvalidInput(
-            "MAP needs a noise variance",
+            "MAP estimation needs a noise variance",
             expected="noise_variance in mm² > 0",
             received="none",
             code="no_noise_variance",
@@ -110,7 +110,7 @@ def estimate(
 def _observations(
     model: LinearModel, white: WhitenedModel, observed: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, bool]:
-    """Return horizontal (A, 75) and vertical parts (A, 75) of the observations, and True if there was a single one.
+    """Return the horizontal and the vertical part (A, 75) of A observations, and True if a single one was passed.
 
     With a model of 226 numbers, the vertical part is (A, 76) with the scaled frequency last.
     """
@@ -123,7 +123,7 @@ def _observations(
     trailing = len(white.mean_z) - points
     if rows.ndim != 2 or rows.shape[1] != 2 * points + trailing:
         raise InvalidInput(
-            "the observation has another size than the model",
+            "the size of the observation does not match the model",
             expected=f"({2 * points + trailing},) or (A, {2 * points + trailing})",
             received=observed.shape,
             code="wrong_shape",

@@ -1,4 +1,4 @@
-"""View angle and coefficients by the methods of zhang2007 appendix B: from one start, or on whole degrees."""
+"""Estimation of view angle and coefficients as in zhang2007 appendix B: by local search, or on a grid of angles."""
 
 from __future__ import annotations
 
@@ -21,7 +21,8 @@ from pipeline.core.viewpoint.view_estimate import ViewEstimate
 def from_one_start(
     white: WhitenedModel, across: np.ndarray, up: np.ndarray, start_rad: float
 ) -> ViewEstimate:
-    """Estimate by approach I: trust-region least squares from one start [zhang2007 B.1-B.3].
+    """Estimate view angle and coefficients by approach I: trust-region least squares from one start
+    [zhang2007 B.1-B.3].
 
     The 150 differences have an analytic Jacobian.
 
@@ -37,7 +38,9 @@ def from_one_start(
     size = white.bx.shape[1]
 
     def differences(v: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Return the differences [zhang2007 B.1]: horizontal [zhang2007 B.2], then vertical [zhang2007 B.3]."""
+        """Return the differences between observed and modelled image, horizontal then vertical
+        [zhang2007 B.1] [zhang2007 B.2] [zhang2007 B.3].
+        """
         c, s, z = np.cos(v[0]), np.sin(v[0]), v[1:]
         return np.concatenate(
             [
@@ -76,7 +79,7 @@ def best_candidate(
     step_rad: float,
     noise_variance: float,
 ) -> ViewEstimate:
-    """Estimate by approach II: the best candidate angle on a grid, in the paper 181 whole degrees from 0 to pi.
+    """Estimate the view angle by approach II: the angle of lowest cost on a grid; the paper has 181 whole degrees.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Search for the view angle with the lowest cost, a function of one variable, over the whole circle.
+"""Search over the whole circle for the view angle of lowest cost.
 
 Symbols
 -------
@@ -22,17 +22,17 @@ from pipeline.core.reconstruction import Gram
 from pipeline.core.viewpoint.view_estimate import ViewEstimate
 
 TOLERANCE_RAD = 1e-10
-"""Step of the view angle below which the search has converged."""
+"""Step of the view angle, rad, below which the search has converged."""
 
 _MOST_STEPS = 60
 
 _POLYNOMIAL_STEPS = 5
-"""Largest number of Newton steps from the minimum of a parabola; the fourth is at rounding error."""
+"""Number of Newton steps on the interpolating polynomial; the fourth already reaches rounding error."""
 
 
 @dataclass(frozen=True)
 class ReducedCost:
-    """Cost J of A observations, each at its own view angle, minimised over the coefficients.
+    """Cost J of A observations, each at its own view angle, with the optimal coefficients.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ def global_minimum(
     step_rad: float,
     noise_variance: float | None,
 ) -> ViewEstimate:
-    """Return the view angle of lowest cost for each of A observations, with the whitened coefficients.
+    """Return the view angle of lowest cost for each of A observations, and the coefficients at this angle.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ def global_minimum(
 
 
 def prefer_lower(best: ViewEstimate, other: ViewEstimate, rows: np.ndarray) -> ViewEstimate:
-    """Replace the minima of A observations by their second minima where these are lower by more than rounding error.
+    """Replace each view angle estimate by its second-best minimum if that has a clearly lower cost after refinement.
 
     Parameters
     ----------
@@ -138,7 +138,7 @@ def prefer_lower(best: ViewEstimate, other: ViewEstimate, rows: np.ndarray) -> V
 
 
 def candidates(low: float, high: float, step: float) -> tuple[np.ndarray, bool]:
-    """Return the candidate angles (G,) from low to high, and True if they cover the whole circle.
+    """Return the grid of candidate view angles (G,), and True if it covers the whole circle.
 
     On the whole circle the end, which is the start again, is left out.
 
@@ -184,7 +184,7 @@ def cost_on_grid(
 
 
 def _orthonormal_rows(rows: np.ndarray) -> np.ndarray:
-    """Return an orthonormal basis of the span of (A, D) rows, by pivoted Gram-Schmidt with reorthogonalisation."""
+    """Return an orthonormal basis of the space that the rows (A, D) span, by pivoted Gram-Schmidt."""
     left = rows.copy()
     basis = np.empty((0, rows.shape[1]))
     floor = 1e-13 * np.sqrt((rows**2).sum(axis=1).max())
@@ -203,7 +203,7 @@ def _orthonormal_rows(rows: np.ndarray) -> np.ndarray:
 
 
 def local_minima(cost: np.ndarray, grid: np.ndarray, *, closed: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Return the minimum (A, G) of the parabola through each cell and its neighbours, and its angle (A, G), rad.
+    """Return, for each grid point, the minimum (A, G) of a parabola through three points, and its angle (A, G), rad.
 
     The value is infinite where a cell is no local minimum.
     """
@@ -219,7 +219,7 @@ def local_minima(cost: np.ndarray, grid: np.ndarray, *, closed: bool) -> tuple[n
 
 
 def lowest_but(height: np.ndarray, excluded: np.ndarray, *, closed: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Return the cell (A,) and the value (A,) of the lowest local minimum other than a given cell (A,).
+    """Return the grid index (A,) and the cost (A,) of the lowest local minimum that is not at a given index (A,).
 
     The neighbours of that cell are left out with it: a minimum half way between two cells shows in both.
     """
@@ -236,7 +236,7 @@ def reduced_cost(
     angle: np.ndarray,
     noise_variance: float | None,
 ) -> ReducedCost:
-    """Return J, its slope and the coefficients z at one angle per observation (A,).
+    """Return the cost J, its slope, and the optimal coefficients of A observations, each at its own view angle (A,).
 
     z has been eliminated, so J' is the partial derivative at that z.
     """
@@ -257,7 +257,7 @@ def reduced_cost(
 def _polynomial_minimum(
     cost: np.ndarray, cells: np.ndarray, start: np.ndarray, grid: np.ndarray, *, closed: bool
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the minimum (A,), rad, of the polynomial through seven grid cells, and its curvature there (A,).
+    """Return the minimum (A,), rad, of the polynomial through seven grid points, and its second derivative there (A,).
 
     Good to some 1e-6 rad on a grid of 2 degrees, so that one step on the cost itself is nearly the last.
     """

@@ -1,4 +1,4 @@
-"""Record of view angles and coefficients that were estimated together."""
+"""Record of jointly estimated view angles and coefficients."""
 
 from __future__ import annotations
 

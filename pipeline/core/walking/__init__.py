@@ -1,4 +1,4 @@
-"""From a recording to a walker: usable clip, steady stretch and treadmill equivalent (zhang2007 section 2).
+"""Extraction of a walk from a recording: gap filling, steady part, treadmill equivalent (zhang2007 section 2).
 
 In the order of use: `bridge_gaps` fills the short gaps of a clip, `steady_stretch` finds the part
 of steady walking, `treadmill_equivalent` takes the path and the heading out of that part,

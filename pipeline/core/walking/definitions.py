@@ -1,4 +1,4 @@
-"""Definitions of a walker's height, origin, pelvis and sternum: choices that the papers leave open.
+"""Alternative definitions of a walker's height, origin, pelvis and sternum, which the papers leave open.
 
 Hips and knees are joint centres.  Pelvis and sternum differ between laboratories.  The average walker that the
 laboratory of zhang2007 published has the pelvis some 106 mm above the hips and the sternum some 36 mm below the
@@ -16,7 +16,7 @@ from pipeline.skeleton import ANKLES, LEFT_LEG, PELVIS, RIGHT_LEG, WALKER15
 from pipeline.validation import require_choice
 
 PELVIS_ABOVE_HIPS, STERNUM_BELOW_SHOULDERS = 106.0 / 1500.0, 36.0 / 1500.0
-"""Height of the pelvis above the hips, and of the sternum below the shoulders, relative to `stature`."""
+"""Height of the pelvis above the hips, and of the sternum below the shoulders, relative to body height."""
 
 HEAD, STERNUM = WALKER15.index("head"), WALKER15.index("sternum")
 HIPS = [LEFT_LEG[0], RIGHT_LEG[0]]
@@ -24,7 +24,7 @@ SHOULDERS = [WALKER15.index("left_shoulder"), WALKER15.index("right_shoulder")]
 
 
 def stature(positions: np.ndarray) -> float:
-    """Return the height of the head centre above the lowest ankle, mm, in place of stature, from (T, 15, 3)."""
+    """Return the height of the head centre above the lowest ankle, mm, as a measure of stature."""
     ankles = positions[:, ANKLES, 2]
     return np.nanmean(positions[:, HEAD, 2]) - np.nanpercentile(ankles, 2)
 
@@ -39,7 +39,7 @@ def set_origin(positions: np.ndarray, *, origin: str) -> np.ndarray:
 
 
 def redefine(positions: np.ndarray, *, pelvis: str = "measured", sternum: str = "measured") -> np.ndarray:
-    """Return the positions (T, 15, 3), mm, of a walk with pelvis and sternum redefined.
+    """Return the positions (T, 15, 3), mm, of a walk with pelvis and sternum moved to another definition.
 
     Parameters
     ----------

@@ -16,7 +16,7 @@ from pipeline.validation import InvalidInput, told_apart
 
 GRAVITY_MM_S2 = 9806.65
 FASTEST_FROUDE, RUNNING_FROUDE, RUNNING_LIFT = 0.8, 0.4, 0.38
-"""Limits of a walk: a run exceeds the first Froude number, or both the second one and the lift of the ankle.
+"""Limits beyond which a motion is a run: a Froude number, or a lower Froude number together with a lift of the ankle.
 
 In 109 recorded walks they are at most 0.44 and 0.3, in four runs at least 0.97 and 0.42.
 """
@@ -26,7 +26,8 @@ ALTERNATION = -0.5
 Recorded walks have at most -0.84, bends at least -0.3.
 """
 LEAST_STANCE, SLOWEST_MM_S = 0.15, 100.0
-"""Smallest share of time in which each foot is the lower one in a walk, and smallest backward speed of that foot."""
+"""Smallest fraction of time in which each foot is the lower one, and smallest backward speed of that foot, in a walk.
+"""
 BOW_DEG = 25.0
 """Largest range of the trunk's pitch (5th to 95th percentile) in a walk.
 
@@ -43,7 +44,7 @@ _SHOULDERS = [WALKER15.index("left_shoulder"), WALKER15.index("right_shoulder")]
 
 
 def require_walk(level: np.ndarray, frame_rate_hz: float, *, leg_mm: float, speed_mm_s: float) -> None:
-    """Require a walk: the feet alternate, each foot stands and swings, the trunk stays upright, and it is not a run.
+    """Check that a motion is a walk: alternating feet, stance and swing, an upright trunk, and no running.
 
     Parameters
     ----------
@@ -64,8 +65,8 @@ def require_walk(level: np.ndarray, frame_rate_hz: float, *, leg_mm: float, spee
     together = (fore.prod(axis=1).sum() / power) if power > 0 else 1.0
     if together > ALTERNATION:
         raise InvalidInput(
-            "no walk: the feet do not alternate",
-            expected=f"fore-aft motion correlated by {ALTERNATION:g} or less",
+            "not a walk: the feet do not alternate",
+            expected=f"a correlation of the ankles' fore-aft motions of {ALTERNATION:g} or less",
             received=told_apart(together, ALTERNATION, 2),
             code="feet_do_not_alternate",
         )
@@ -73,8 +74,8 @@ def require_walk(level: np.ndarray, frame_rate_hz: float, *, leg_mm: float, spee
     share = min((lower == 0).mean(), (lower == 1).mean())
     if belt < SLOWEST_MM_S or share < LEAST_STANCE:
         raise InvalidInput(
-            "no walk: the feet do not stand and swing in turn",
-            expected=f"each the lower one in {LEAST_STANCE:.0%} of the frames, going back at {SLOWEST_MM_S:g} mm/s",
+            "not a walk: the feet do not alternate between stance and swing",
+            expected=f"each foot the lower one in {LEAST_STANCE:.0%} of frames, moving back at {SLOWEST_MM_S:g} mm/s",
             received=f"{share:.0%}, {belt:.0f} mm/s",
             code="no_stance_and_swing",
         )
@@ -82,8 +83,8 @@ def require_walk(level: np.ndarray, frame_rate_hz: float, *, leg_mm: float, spee
     low, high = np.percentile(np.degrees(np.arctan2(trunk[:, 1], trunk[:, 2])), [5, 95])
     if high - low > BOW_DEG:
         raise InvalidInput(
-            "no walk: the trunk bows",
-            expected=f"pitch within {BOW_DEG:g}°",
+            "not a walk: the trunk bends forwards",
+            expected=f"a range of the trunk's pitch of at most {BOW_DEG:g}°",
             received=f"{told_apart(high - low, BOW_DEG, 0)}°",
             code="trunk_bows",
         )
@@ -91,9 +92,10 @@ def require_walk(level: np.ndarray, frame_rate_hz: float, *, leg_mm: float, spee
     lift = np.ptp(ankles[..., 2], axis=0).min() / leg_mm
     if froude > FASTEST_FROUDE or (froude > RUNNING_FROUDE and lift > RUNNING_LIFT):
         raise InvalidInput(
-            "a run, not a walk",
-            expected=f"a Froude number up to {FASTEST_FROUDE:g}, or feet that hardly rise",
-            received=f"{froude:.2f}, feet that rise by {lift:.0%} of the leg",
+            "not a walk: the motion is a run",
+            expected=f"a Froude number up to {FASTEST_FROUDE:g}, or {RUNNING_FROUDE:g} if the ankles rise by more than "
+            f"{RUNNING_LIFT:.0%} of the leg length",
+            received=f"{froude:.2f}, ankles that rise by {lift:.0%} of the leg length",
             code="running",
             froude=froude,
             lift=lift,
@@ -110,7 +112,7 @@ def _stance(ankles: np.ndarray, frame_rate_hz: float) -> tuple[np.ndarray, float
 def unusual_cadence(
     level: np.ndarray, frame_rate_hz: float, *, leg_mm: float, speed_mm_s: float, frequency_hz: float
 ) -> str:
-    """Return a remark if the cadence is unusual for the step length, as with a wrong frame rate; else an empty string.
+    """Return a warning if the cadence is unusual for the step length, else an empty string.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Steady stretch of a clip and its treadmill equivalent (zhang2007 section 2).
+"""Extraction of the steady part of a walk, and its treadmill equivalent (zhang2007 section 2).
 
 The papers recorded on a treadmill.  Most recordings are overground: people stand, set off, turn and stop.  Here
 the steady part is found, its path is taken out and its heading is turned to +y, so that what is left is what a
@@ -24,22 +24,22 @@ from pipeline.skeleton import LEFT_LEG, PELVIS, RIGHT_LEG
 from pipeline.validation import InvalidInput, require_choice, told_apart
 
 STANDING_MM = 60.0
-"""Smallest root mean square of the fore-aft distance between the ankles in a walk."""
+"""Smallest root mean square of the fore-aft distance between the ankles in a walk, mm."""
 
 SLOWEST_HZ = 4.0 * SEARCH_HZ[1]
-"""Smallest frame rate; a lower one does not resolve two harmonics of the fastest stride."""
+"""Smallest frame rate, Hz, which still resolves two harmonics of the fastest stride."""
 
 SHORT_STRIDES = 2.0
-"""Number of strides below which the path of a clip and the walk have to be regressed together."""
+"""Number of strides below which the path is estimated as a straight line, jointly with the walk's harmonics."""
 
 TREADMILL_MM_S = 250.0
-"""Speed of the pelvis below which a walk counts as treadmill walking."""
+"""Speed of the pelvis, mm/s, below which a walk counts as treadmill walking."""
 
 _TIGHTNESS = (0.4, 0.6, 0.8, 1.0)
-"""Fractions of the speed band that the search tries, narrowest first."""
+"""Fractions of the allowed range of speeds that the search tries, narrowest first."""
 
 _ENOUGH_STRIDES = 2.0
-"""Smallest number of strides at which a stretch from a narrower speed band is preferred."""
+"""Number of strides that suffice for the search to accept a narrower range of speeds."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class Stretch:
 
 
 def facing(positions: np.ndarray) -> np.ndarray:
-    """Return the horizontal unit direction (T, 2) that the hips face."""
+    """Return the horizontal unit vector (T, 2) towards which the hips face."""
     right = positions[:, RIGHT_LEG[0], :2] - positions[:, LEFT_LEG[0], :2]
     forward = np.stack([-right[:, 1], right[:, 0]], axis=-1)  # z x right
     length = np.linalg.norm(forward, axis=-1, keepdims=True)
@@ -88,7 +88,7 @@ def _stride(signal: np.ndarray, frame_rate_hz: float) -> int:
 
 
 def _velocity(path: np.ndarray, window: int, frame_rate_hz: float) -> np.ndarray:
-    """Return the mean velocity (T, 2) over one cycle around each frame; it is constant at the ends.
+    """Return the mean velocity (T, 2) over one cycle around each frame of a path, constant near both ends.
 
     What sways and surges once or twice a cycle returns after one, so a difference over one cycle does not see
     it; the slope of a regression would.
@@ -100,7 +100,7 @@ def _velocity(path: np.ndarray, window: int, frame_rate_hz: float) -> np.ndarray
 
 
 def longest_run(flags: np.ndarray) -> tuple[int, int]:
-    """Return start and stop of the longest run of true flags (T,), or 0, 0 if there are none.
+    """Return start and stop of the longest run of True in an array (T,), or 0, 0 if it contains no True.
 
     If two runs are equally long, the first is returned.
     """
@@ -146,7 +146,7 @@ def steady_stretch(
     require_choice("locomotion", locomotion, ("auto", "overground", "treadmill"))
     if frame_rate_hz < SLOWEST_HZ:
         raise InvalidInput(
-            "the frame rate is too low to see strides (is it the time of a frame?)",
+            "the frame rate is too low to resolve strides; check that it is not the time between frames",
             expected=f"{SLOWEST_HZ:g} Hz or more",
             received=f"{frame_rate_hz:g} Hz",
             code="rate_too_low",
@@ -156,9 +156,9 @@ def steady_stretch(
     frames = last - first
     if frames < max(frame_rate_hz * cycles / SEARCH_HZ[1], 5):
         raise InvalidInput(
-            "no steady walking: too few frames in which every joint is seen",
-            expected=f"{cycles:g} strides",
-            received=f"{frames} frames of {len(whole)}",
+            "no steady walking: too few consecutive frames in which every joint is visible",
+            expected=f"enough frames for {cycles:g} strides",
+            received=f"{frames} of {len(whole)}",
             code="too_few_frames",
             frames=frames,
         )
@@ -189,7 +189,7 @@ def steady_stretch(
             along = (facing(block) * velocity).sum(axis=-1)
             if np.median((along - 0.5 * speed)[start:stop]) < 0:
                 raise InvalidInput(
-                    "no steady walking: the walk is not forwards, or left and right or an axis are exchanged",
+                    "no steady walking: the person walks backwards, or left and right or two axes are exchanged",
                     code="not_forwards",
                 )
     strides = (stop - start) / stride
@@ -198,11 +198,11 @@ def steady_stretch(
 
 
 def _require_strides(strides: float, cycles: float, distance_mm: float) -> None:
-    """Require enough strides, and a minimum fore-aft distance between the ankles (root mean square)."""
+    """Check that a stretch contains enough strides, and that the ankles pass each other far enough."""
     if strides < cycles:
         raise InvalidInput(
-            "no steady walking: the steady stretch is too short",
-            expected=f"{cycles:g} strides",
+            "no steady walking: the longest part of steady walking is too short",
+            expected=f"at least {cycles:g} strides",
             received=told_apart(strides, cycles, 2),
             code="too_short",
             cycles=strides,
@@ -210,7 +210,7 @@ def _require_strides(strides: float, cycles: float, distance_mm: float) -> None:
     if distance_mm < STANDING_MM:
         raise InvalidInput(
             "no steady walking: the feet hardly pass each other",
-            expected=f"ankles apart by {STANDING_MM:g} mm rms",
+            expected=f"a fore-aft distance of the ankles of {STANDING_MM:g} mm (root mean square)",
             received=f"{told_apart(distance_mm, STANDING_MM, 0)} mm",
             code="feet_hardly_pass",
             distance_mm=distance_mm,
@@ -218,7 +218,7 @@ def _require_strides(strides: float, cycles: float, distance_mm: float) -> None:
 
 
 def _running_mean(path: np.ndarray, window: int) -> np.ndarray:
-    """Return the running mean of a path (T, 2) over an odd number of frames; straight lines at the ends."""
+    """Return the running mean of a path (T, 2), with fitted straight lines at both ends."""
     total = np.concatenate([np.zeros((1, 2)), np.cumsum(path, axis=0)])
     offset = np.arange(window) - window // 2
 
@@ -232,7 +232,7 @@ def _running_mean(path: np.ndarray, window: int) -> np.ndarray:
 def treadmill_equivalent(
     positions: np.ndarray, frame_rate_hz: float, *, locomotion: str, path: str = "cubic"
 ) -> np.ndarray:
-    """Return the treadmill equivalent (T, 15, 3), mm, of a steady stretch: without its path, heading along +y.
+    """Return the treadmill equivalent (T, 15, 3), mm, of a steady walk: without its path, and heading along +y.
 
     Parameters
     ----------
@@ -273,7 +273,7 @@ def treadmill_equivalent(
 
 
 def step_heading(coefficients: np.ndarray) -> float:
-    """Return the direction of the steps, rad from +y towards -x, in a walk that heads roughly along +y.
+    """Return the direction of the steps, rad from +y towards -x, of a walk that heads roughly along +y.
 
     It is the main horizontal axis of the motion between the ankles.
 

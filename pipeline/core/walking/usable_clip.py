@@ -10,7 +10,7 @@ from scipy.interpolate import CubicSpline
 
 @dataclass(frozen=True)
 class BridgedClip:
-    """A clip with its short gaps filled.
+    """A clip in which short gaps have been filled.
 
     Attributes
     ----------
@@ -30,7 +30,7 @@ class BridgedClip:
 def bridge_gaps(
     positions: np.ndarray, valid: np.ndarray, frame_rate_hz: float, *, gap_s: float
 ) -> BridgedClip:
-    """Return the clip with gaps of at most `gap_s` seconds interpolated; the ends are not extrapolated.
+    """Return the clip with gaps of at most `gap_s` seconds interpolated, but not extrapolated at the ends.
 
     Parameters
     ----------

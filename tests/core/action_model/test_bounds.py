@@ -1,4 +1,6 @@
-"""Bounds of performances: their common part, three standard deviations around it, and draws from there."""
+"""Tests of the action model: its mean and standard deviation, the bounds of acceptance, and random postures within
+them.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""An action learnt in one piece is what its pieces give one after the other, written here in the plainest way."""
+"""`learn_action` gives the same result as its component functions called one after the other."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from tests.strategies import seeds
 
 
 def action(seed: int, count: int = 4, numbers: int = 6, noise: float = 0.02) -> list[np.ndarray]:
-    """Performances of one course of postures, each at a rate of its own."""
+    """Return random performances of one action, each with its own timing."""
     generator = np.random.default_rng(seed)
     directions = generator.standard_normal((3, numbers))
     postures = []
@@ -185,7 +185,7 @@ def test_performances_that_are_all_the_same_have_nothing_to_teach() -> None:
 
 
 def test_variance_left_by_hand() -> None:
-    """Two performances, two samples, two dimensions: half the squared differences, summed over dimensions."""
+    """For two performances, the variance is half the squared difference, summed over dimensions."""
     given_ = np.array([[[0.0, 1.0], [5.0, 5.0]], [[2.0, 4.0], [5.0, 5.0]]])
     np.testing.assert_allclose(variance_left(given_), [2.0 + 4.5, 0.0])
 

@@ -1,4 +1,4 @@
-"""Warnings of a reconstruction: the number of cosines, residuals, images upside down, wrong lengths."""
+"""Tests of a reconstruction's warnings: too few cosines, large residuals, upside-down images, wrong lengths."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ HEIGHT_PX = 1080.0
 
 
 class Film:
-    """A leg, and its images from a camera that is held by hand above its hip."""
+    """A synthetic leg, and its images from a hand-held camera above the hip."""
 
     def __init__(self, *, bandwidth: int = 40) -> None:
         generator = np.random.default_rng(5)
@@ -52,7 +52,7 @@ class Film:
 
 @contextmanager
 def heard() -> Iterator[list[str]]:
-    """Collect the sentences of warnings, which point at this file."""
+    """Collect the texts of warnings, and check that none is longer than 300 characters."""
     sentences: list[str] = []
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
@@ -153,7 +153,7 @@ def test_images_upside_down_are_noticed_and_upright_ones_are_not() -> None:
 
 
 def test_a_shank_that_is_too_long_is_not_green() -> None:
-    """It fits its images, and its mirror is rougher by far; but its rays never reach its whole length."""
+    """A shank that is 26 % too long fits its images, but the image rays never require its whole length."""
     film = Film()
     reconstruction = film.reconstructed(lengths=film.lengths * [1.0, 1.26])
     shank = reconstruction.limbs["left_ankle"]
@@ -165,7 +165,7 @@ def test_a_shank_that_is_too_long_is_not_green() -> None:
 
 
 def test_a_shank_that_is_too_short_leaves_no_limb_green() -> None:
-    """It does not fit its images, and draws the knee 5 cm with it."""
+    """A shank that is too short does not fit its images, and moves the reconstructed knee by 5 cm."""
     film = Film()
     with heard() as caught:
         reconstruction = film.reconstructed(lengths=film.lengths / [1.0, 1.26])

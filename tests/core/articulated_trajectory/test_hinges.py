@@ -1,4 +1,4 @@
-"""Knees and elbows: which way they flex, in any frame of the world, and which chains have them."""
+"""Tests of hinges: flexion of knees and elbows in any coordinate system, and the chains that have hinges."""
 
 from __future__ import annotations
 
@@ -55,7 +55,9 @@ def test_flexion_turns_with_the_world_and_forgets_lengths(seed: int, frames: int
 
 @given(seed=seeds)
 def test_a_mirror_in_depth_flexes_the_other_way(seed: int) -> None:
-    """Limbs reflected in the image plane, on an axis that lies in it: what a still camera cannot tell apart."""
+    """The mirror image of two limbs in the image plane, which a still camera cannot exclude, flexes in the opposite
+    direction.
+    """
     generator = np.random.default_rng(seed)
     upper, lower = generator.standard_normal((2, 10, 3))
     across = np.repeat(RIGHT, 10, axis=0)
@@ -68,7 +70,7 @@ def test_a_mirror_in_depth_flexes_the_other_way(seed: int) -> None:
 
 
 def test_synthetic_walkers_flex_their_knees_and_elbows_the_right_way() -> None:
-    """In every frame of a walk, at least nearly: what the rule rests on is true of people."""
+    """Knees and elbows of synthetic walkers flex in the right direction in nearly every frame."""
     people = walking_population(np.random.default_rng(4), male=2, female=2, duration_s=2.0)
     for joints in people.positions_mm:
         at = {name: joints[:, WALKER15.index(name)] for name in WALKER15.joints}

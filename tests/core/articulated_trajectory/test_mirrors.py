@@ -1,4 +1,6 @@
-"""Mirrors tried in the refinement of a whole chain: against enumeration, against the truth, and what is left alone."""
+"""Tests of the search over mirrored limbs: against enumeration, against the ground truth, and for limbs without
+ambiguity.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +29,7 @@ SMOOTH = TrajectoryBasis(10)
 
 
 class Seen:
-    """An arm with a known answer before one camera, and how its limbs are chosen and refined."""
+    """A synthetic arm with known positions in front of one camera, with functions that solve and refine its limbs."""
 
     def __init__(self, seed: int, *, noise_px: float = 1.0, camera: Pinhole | None = None) -> None:
         generator = np.random.default_rng(seed)
@@ -50,7 +52,7 @@ class Seen:
         )
 
     def combination(self, mirrored: set[str]) -> LimbTree:
-        """Each limb chosen about the one before, and some of them mirrored."""
+        """Solve the limbs one after the other, each relative to its parent limb, with a given set of limbs mirrored."""
         tree = LimbTree(ARM, self.root)
         for limb in ARM.limbs:
             choice = self.choose(tree, limb)
@@ -100,7 +102,7 @@ def test_the_search_goes_down_to_where_no_single_mirror_helps_and_mostly_to_the_
 
 
 def test_wrong_limbs_are_put_right_whatever_is_mirrored_at_the_start() -> None:
-    """A camera that walks around decides: a limb that was mirrored by mistake is not left so."""
+    """With a moving camera, the search corrects a limb that starts as its mirror image."""
     attempts = 0
     for seed in range(4):
         camera = camera_paths.around(FRAMES, target=np.zeros(3), sweep_rad=1.5, distance_mm=2500.0)
@@ -137,7 +139,7 @@ def test_a_mirror_behind_the_camera_is_no_candidate() -> None:
 
     def cost(tree: LimbTree) -> float:
         if mirrored_in(tree):
-            raise InvalidInput("a joint that was seen starts behind its camera", code="behind_camera")
+            raise InvalidInput("an observed joint starts behind its camera", code="behind_camera")
         return allowed.cost
 
     result = mirror_search.better_mirrors(start, observed.choose, cost)
@@ -171,7 +173,7 @@ def test_a_limb_that_a_mirror_cannot_carry_is_no_candidate() -> None:
     def choose(tree: LimbTree, limb: str) -> LimbChoice:
         output = observed.choose(tree, limb)
         if not np.allclose(output.hits.middle, start.choices[limb].hits.middle):
-            raise InvalidInput("no candidate is in front of the camera")
+            raise InvalidInput("no candidate position is in front of the camera")
         return output
 
     result = mirror_search.better_mirrors(start, choose, observed.cost)
@@ -180,7 +182,9 @@ def test_a_limb_that_a_mirror_cannot_carry_is_no_candidate() -> None:
 
 @pytest.mark.parametrize("given", [True, False])
 def test_reconstructions_that_share_their_choices_are_those_made_alone(given: bool) -> None:
-    """To the last bit, with lengths that are given and with lengths from the rays."""
+    """Reconstructions that share cached limb solutions equal separate ones exactly, with given and with estimated
+    lengths.
+    """
     observed = Seen(3)
     lengths = LENGTHS if given else np.full(len(LENGTHS), np.nan)
     plain = Options(SMOOTH, noise_px=1.0, time_limit_s=0.0, refine=False)

@@ -1,4 +1,6 @@
-"""Limbs and whole skeletons from one camera: recovery, gaps, mirrors, hinges, refinement, and rejected input."""
+"""Tests of the reconstruction of limbs and skeletons from one camera: accuracy, gaps, mirrors, hinges, refinement, bad
+input.
+"""
 
 from __future__ import annotations
 
@@ -34,12 +36,12 @@ from tests.rejects import rejects
 from tests.strategies import seeds
 
 QUICK_S = 0.0
-"""For certificates: signs at once, quickly."""
+"""Time limit of zero seconds for the proof of optimality, which makes the tests fast."""
 
 
 @dataclass(frozen=True)
 class Scene:
-    """A body with a known answer, and what one camera sees of it."""
+    """A synthetic body with known positions, and its images from one camera."""
 
     positions: np.ndarray
     lengths: np.ndarray
@@ -64,7 +66,7 @@ class Scene:
 
 
 def scene(seed: int, *, frames: int = 60, sweep_rad: float = 1.5, noise_px: float = 0.0) -> Scene:
-    """A body of smooth angles, and a camera that walks around it."""
+    """Return a body whose joint angles vary smoothly, seen by a camera that moves around it."""
     generator = np.random.default_rng(seed)
     body = synthetic_body(generator, frames, bandwidth=4)
     camera = camera_paths.around(frames, target=body.root_mm, sweep_rad=sweep_rad)
@@ -74,7 +76,7 @@ def scene(seed: int, *, frames: int = 60, sweep_rad: float = 1.5, noise_px: floa
 
 
 def with_gaps(one: Scene, seed: int, *, share: float = 0.15) -> Scene:
-    """The same with points missing at random, and a wrist that is hidden for eight frames."""
+    """Return the scene with randomly missing image points, and with a wrist that is hidden for eight frames."""
     images = one.images.copy()
     images[np.random.default_rng(seed).random(images.shape[:2]) < share] = np.nan
     images[20:28, one.chain.joints.index("right_wrist")] = np.nan
@@ -82,7 +84,7 @@ def with_gaps(one: Scene, seed: int, *, share: float = 0.15) -> Scene:
 
 
 def length_errors(chain: Chain, positions: np.ndarray, lengths: np.ndarray) -> np.ndarray:
-    """By how much every limb in every frame is longer than it should be, relative."""
+    """Return the relative error of the length of each limb in each frame."""
     return np.asarray(np.linalg.norm(relative_trajectories(chain, positions), axis=-1) / lengths - 1.0)
 
 
@@ -261,7 +263,7 @@ def test_a_soft_basis_may_have_more_components_than_frames_were_seen() -> None:
 @given(seed=seeds, seen=st.integers(3, 12))
 @settings(max_examples=20)
 def test_fewer_columns_cost_every_trajectory_the_same(seed: int, seen: int) -> None:
-    """The soft basis of few frames, squared up: J is that of the whole normal equations."""
+    """The restricted soft basis of few observed frames gives the same cost J as the full normal equations."""
     generator = np.random.default_rng(seed)
     frames, smooth = 30, TrajectoryBasis(20, 5.0)
     observed = np.zeros(frames, dtype=bool)
@@ -276,7 +278,9 @@ def test_fewer_columns_cost_every_trajectory_the_same(seed: int, seen: int) -> N
 
 
 def close_up(frames: int = 40) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
-    """Cameras, pixels, parents and length of a limb that a camera comes so near to that a candidate falls behind."""
+    """Return cameras, pixels, parents and length of a limb that one camera approaches so closely that a candidate is
+    behind it.
+    """
     generator = np.random.default_rng(8)
     limb = angular_limb(generator, frames, length_mm=500.0, middle=np.array([1.0, 1.0, 0.0]))
     parents = 40.0 * smooth_series(generator, frames, 3, bandwidth=3)
@@ -326,7 +330,7 @@ def test_frames_whose_candidates_are_behind_the_camera_are_dropped_and_imputed()
 
 
 def parallel_limb(seed: int, frames: int = 50) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Orthographic cameras, pixels, parents, and the limb's true relative trajectory."""
+    """Return orthographic cameras, pixels and parent positions of a limb, and its true relative trajectory."""
     generator = np.random.default_rng(seed)
     limb = angular_limb(generator, frames, length_mm=300.0, middle=np.array([0.3, 1.0, -0.2]))
     parents = 200.0 * smooth_series(generator, frames, 3, bandwidth=3)
@@ -377,7 +381,7 @@ LEG = Chain(
 
 
 def stepping(seed: int, *, chain: Chain = LEG, frames: int = 60) -> Scene:
-    """A leg that swings and flexes as legs do, seen obliquely from the front by a camera that stands still."""
+    """Return a leg that swings and flexes as in walking, seen obliquely from the front by a still camera."""
     generator = np.random.default_rng(seed)
     t = np.linspace(0.0, 1.0, frames)
     turn = 2 * np.pi * generator.uniform(1.0, 2.0) * t + generator.uniform(0, 2 * np.pi)
@@ -407,7 +411,7 @@ def stepping(seed: int, *, chain: Chain = LEG, frames: int = 60) -> Scene:
 
 
 def right_limbs(one: Scene, found: Articulated, limb: str) -> bool:
-    """Return whether a limb is not mirrored: on average within a quarter of its length of the truth."""
+    """Return True if the estimate of a limb is not mirrored: its mean error is below a quarter of its length."""
     truth = relative_trajectories(one.chain, one.positions)[:, one.chain.limbs.index(limb)]
     error = np.linalg.norm(found.limbs[limb].relative - truth, axis=1).mean()
     return bool(error < 0.25 * one.lengths[one.chain.limbs.index(limb)])
@@ -431,7 +435,7 @@ def test_hinges_find_the_flexing_leg_where_the_programme_alone_cannot() -> None:
 
 
 def test_what_else_is_carried_by_a_mirrored_limb_goes_with_it() -> None:
-    """A marker below the knee is placed before the ankle: the hinge may move the knee under it."""
+    """If a hinge mirrors the thigh, other limbs attached to the knee are reconstructed from the new knee position."""
     chain = Chain((*LEG.joints[:4], "marker", "left_ankle"), (*LEG.parents[:4], "left_knee", "left_knee"))
     moved = 0
     for seed in range(6):
@@ -519,7 +523,7 @@ def test_the_ridge_of_a_soft_basis_is_the_sixth_power() -> None:
 
 
 def test_nearly_tangent_rays_are_left_open_within_the_noise() -> None:
-    """A limb across the ray: at a pixel of noise its sign means nothing, without any it does."""
+    """The depth sign of a limb perpendicular to the ray is left open with noise of 1 px, but not without noise."""
     first = scene(13, noise_px=1.0)
     joint, limb = WALKER14.joints.index("left_hip"), WALKER14.limbs.index("left_hip")
     given_ = (first.camera.matrix, first.images[:, joint], first.root, float(first.lengths[limb]))

@@ -1,4 +1,6 @@
-"""The binary quadratic programme: enumeration, SCIP, the printed formula, bounds that hold, and both mirrors."""
+"""Tests of the binary quadratic programme: against enumeration, SCIP and the printed formula; bounds and mirror
+solutions.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +33,7 @@ BASES = ("hard", "soft", "gaps", "soft with gaps")
 
 
 def candidates(generator: np.random.Generator, frames: int, style: str) -> tuple[np.ndarray, np.ndarray]:
-    """m and u (F, 3)."""
+    """Return middle and half chord (F, 3) of random candidates."""
     if style == "limb":
         first = limb(frames, int(generator.integers(2**31)), noise_px=generator.uniform(0, 3))
         return first.middle, first.half_chord
@@ -48,7 +50,7 @@ def candidates(generator: np.random.Generator, frames: int, style: str) -> tuple
 
 
 def basis_of(generator: np.random.Generator, frames: int, style: str) -> np.ndarray:
-    """B (F, K)."""
+    """Return a random trajectory basis (F, K) of a given style."""
     components = int(generator.integers(1, frames + 1))
     ridge = soft_ridge(components, generator.uniform(0.5, 5)) if style.startswith("soft") else None
     if not style.endswith("gaps"):
@@ -64,7 +66,7 @@ def basis_of(generator: np.random.Generator, frames: int, style: str) -> np.ndar
 def enumerated(
     basis: np.ndarray, middle: np.ndarray, half_chord: np.ndarray, allowed: np.ndarray
 ) -> np.ndarray:
-    """J of all signs that `allowed` (F,) leaves open, as the difference of squares."""
+    """Return the costs J of all signs that `allowed` (F,) leaves free, as differences of squares."""
     options = [(-1.0, 1.0) if sign == 0 else (float(sign),) for sign in allowed]
     signs = np.array(list(itertools.product(*options)))
     points = middle + signs[:, :, None] * half_chord
@@ -145,7 +147,7 @@ def test_a_bound_holds_whenever_a_search_is_stopped(seed: int) -> None:
 
 
 def test_the_objective_is_the_printed_one() -> None:
-    """||(Theta Theta^T - I)(E b + F)||² with one 3-vector to a frame and b in {0, 1} [park2011 10-12]."""
+    """The cost J equals the printed ||(Theta Theta^T - I)(E b + F)||² with b in {0, 1} [park2011 10-12]."""
     generator = np.random.default_rng(12)
     single, theta = limb(30, 3), cosine_basis(30, 8)
     b = generator.integers(0, 2, 30)
@@ -171,7 +173,7 @@ def test_scip_finds_the_same(frames: int, components: int) -> None:
 
 @pytest.mark.parametrize("seed", range(8))
 def test_relaxed_frames_are_at_their_best_between_the_candidates(seed: int) -> None:
-    """Against enumeration of the signs, and bounded least squares for the rest."""
+    """Relaxed frames get the optimal values, as found by enumeration of the signs with bounded least squares."""
     generator = np.random.default_rng(seed)
     middle, half_chord = generator.standard_normal((2, 8, 3))
     basis = cosine_basis(8, 3) if seed % 2 else TrajectoryBasis(6, 2.0).rows(8, np.ones(8, dtype=bool))
@@ -196,7 +198,7 @@ def test_relaxed_frames_are_at_their_best_between_the_candidates(seed: int) -> N
 
 @pytest.mark.parametrize("camera", ["still", "shaky", "distant"])
 def test_limbs_of_a_hundred_frames_are_proved(camera: str) -> None:
-    """Without noise all, and the first signs are the best of all."""
+    """For noise-free limbs, each optimum is proved, and the heuristic search is nearly optimal."""
     for seed in range(6):
         single, basis = limb(100, seed, camera=camera), cosine_basis(100, 20)
         solution = minimise(basis, single.middle, single.half_chord, time_limit_s=30.0)
@@ -233,7 +235,7 @@ def test_parallel_rays_do_not_tell_the_mirrors_apart(noise_px: float) -> None:
 
 @pytest.mark.parametrize("seed", range(6))
 def test_of_two_equal_mirrors_the_first_frame_with_a_choice_is_in_front(seed: int) -> None:
-    """A tangent ray has no sign: the first frame here leaves none."""
+    """If both mirror solutions cost the same, the first free sign is +1; frames with tangent rays have no free sign."""
     middle, half_chord = candidates(np.random.default_rng(seed), 12, "parallel")
     half_chord[0] = 0.0
     solution = minimise(cosine_basis(12, 6), middle, half_chord, time_limit_s=30.0)
@@ -276,12 +278,12 @@ def test_the_mirror_is_a_minimum_on_the_other_side(seed: int, frames: int, style
 
 
 def same(one: BinarySolution, other: BinarySolution) -> bool:
-    """Return whether two solutions are the same to the last bit."""
+    """Return True if two solutions are identical to the last bit."""
     return all(np.array_equal(value, vars(other)[name]) for name, value in vars(one).items())
 
 
 def test_a_proof_is_the_same_twice() -> None:
-    """And the arguments are not written to."""
+    """Two runs of the same proof give identical solutions, and do not modify their arguments."""
     first, basis = limb(120, 2, noise_px=1.0), cosine_basis(120, 14)
     inputs = [basis.copy(), first.middle.copy(), first.half_chord.copy()]
     for array in inputs:
@@ -300,7 +302,7 @@ def test_without_time_there_are_signs_and_a_bound_all_the_same() -> None:
 
 
 def test_the_time_limit_is_an_amount_of_work() -> None:
-    """Twice the limit is twice the frames entered, and an unfinished search ends at the same bound every time."""
+    """Twice the time limit enters about twice as many nodes, and an unfinished search is reproducible."""
     first, basis = limb(400, 1, noise_px=1.0), cosine_basis(400, 40)
     short, again, longer = (
         minimise(basis, first.middle, first.half_chord, time_limit_s=limit) for limit in (0.04, 0.04, 0.08)
@@ -316,7 +318,7 @@ def test_the_time_limit_is_an_amount_of_work() -> None:
 def test_the_table_of_products_changes_nothing_but_the_time(
     style: str, kind: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Signs, mirrors and bounds with rows of the table, and by the coefficients alone."""
+    """Signs, mirror solutions and bounds are the same with and without a stored matrix of the quadratic form."""
     for seed in range(6):
         generator = np.random.default_rng(seed)
         middle, half_chord = candidates(generator, 40, style)

@@ -1,4 +1,4 @@
-"""The fundamental frequency of a walk and the columns of its series [zhang2007 3.1]."""
+"""Tests of the fundamental frequency of a walk, and of the columns of its Fourier series [zhang2007 3.1]."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tests.strategies import walker
 @pytest.mark.parametrize("cycles", [3.3, 8.6, 27.4, 63.7])
 @pytest.mark.parametrize("second", [1.0, 5.0])
 def test_the_frequency_is_found_in_noise(cycles: float, second: float) -> None:
-    """Long clips too: there the fit has side lobes, and a search downhill may end in one."""
+    """The frequency of a noisy walk is found in short and in long clips, where the fit has side lobes."""
     for seed in range(4):
         generator = np.random.default_rng(seed)
         coefficients = walker(generator)
@@ -28,7 +28,7 @@ def test_the_frequency_is_found_in_noise(cycles: float, second: float) -> None:
 @pytest.mark.parametrize("factor", [0.5, 2.0])
 @pytest.mark.parametrize("seed", range(3))
 def test_a_wander_at_half_or_double_the_frequency_is_not_taken_for_the_walk(seed: int, factor: float) -> None:
-    """If the body wanders more than it strides, the best fit of all is not the stride."""
+    """A large body sway at half or double the stride frequency is not mistaken for the stride."""
     generator = np.random.default_rng(seed)
     positions = clip(walker(generator), 0.8, 60.0, 9.0)
     wander = np.zeros((3, 15, 3))
@@ -39,7 +39,7 @@ def test_a_wander_at_half_or_double_the_frequency_is_not_taken_for_the_walk(seed
 
 
 def test_the_columns_are_printed_ones() -> None:
-    """[zhang2007 3.1]: p with the sine, q with the cosine."""
+    """The columns of the Fourier series are those of [zhang2007 3.1], with sines before cosines."""
     t = np.array([0.1, 0.7])
     wt = 2 * np.pi * 0.8 * t
     printed = np.stack([np.ones(2), np.sin(wt), np.cos(wt), np.sin(2 * wt), np.cos(2 * wt)], axis=1)

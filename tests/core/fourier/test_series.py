@@ -1,4 +1,4 @@
-"""The Fourier representation of a walk [zhang2007 3.1, 3.2] [zhang2004 1, 2]."""
+"""Tests of the Fourier representation of a walk [zhang2007 3.1, 3.2] [zhang2004 1, 2]."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def test_phase_zero_is_where_the_left_ankle_passes_the_right_going_forwards(
 @given(seed=seeds, frequency_hz=st.floats(min_value=0.5, max_value=1.5))
 @settings(max_examples=25, deadline=None)
 def test_neither_half_nor_double_the_frequency_is_taken(seed: int, frequency_hz: float) -> None:
-    """Most of the variance in the second harmonic (head and arms), or every other step alike."""
+    """The stride frequency is correct even if the second harmonic contains most of the variance."""
     generator = np.random.default_rng(seed)
     coefficients = walker(generator)
     feet = [LEFT, RIGHT]

@@ -1,4 +1,4 @@
-"""The tree of limbs: there and back, in any order of joints; lengths from three sources; what is no tree."""
+"""Tests of kinematic chains: limb vectors and joint positions, any order of joints, limb lengths, and invalid trees."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tests.strategies import seeds
 
 
 def random_chain(generator: np.random.Generator, joints: int) -> Chain:
-    """A tree whose joints stand in no order."""
+    """Return a random tree of joints in random order."""
     parents = [None if j == 0 else int(generator.integers(j)) for j in range(joints)]
     order = generator.permutation(joints)
     return Chain(

@@ -1,4 +1,4 @@
-"""A posture is 37 numbers that know nothing of place, size and heading, and the way back is exact."""
+"""Tests of postures as 37 numbers: invariance to position, size and heading, and exact conversion back to joints."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ BODY = LimbLengths(
 
 
 def body(directions: dict[str, np.ndarray], lengths: LimbLengths = BODY) -> np.ndarray:
-    """Joints (1, 15, 3) of limbs that point in given directions of the world; pelvis and sternum in the middle."""
+    """Return joint positions (1, 15, 3) of limbs with given directions in world coordinates."""
     ends = {name: POSTURE12.ends[k] for k, name in enumerate(POSTURE12.limbs)}
     at = np.zeros((15, 3))
     for limb in POSTURE12.limbs:
@@ -55,7 +55,7 @@ def body(directions: dict[str, np.ndarray], lengths: LimbLengths = BODY) -> np.n
 
 
 def standing(**other: np.ndarray) -> np.ndarray:
-    """Upright, arms hanging, facing +y; some limbs otherwise."""
+    """Return an upright body that faces +y with hanging arms; some limbs may have other directions."""
     upright = dict.fromkeys(POSTURE12.limbs, -UP)
     return body({**upright, "hip": RIGHT, "torso": UP, "shoulder": RIGHT, "neck": UP, **other})
 
@@ -65,7 +65,7 @@ def cosines(posture: np.ndarray) -> np.ndarray:
 
 
 def moving(generator: np.random.Generator, frames: int, *, at_random: bool = False) -> np.ndarray:
-    """A clip (T, 15, 3) of a rigid body: limbs about standing, bent at random by up to a radian or two."""
+    """Return a random clip (T, 15, 3) of a body with constant limb lengths."""
     means = np.array([RIGHT, UP, RIGHT, UP, *[-UP] * 8])
     wander = np.cumsum(generator.standard_normal((frames, 12, 3)), axis=0) / np.sqrt(frames)
     start = generator.standard_normal((12, 3))
@@ -121,7 +121,7 @@ def test_a_turn_of_the_shoulders_is_told_in_the_torso_s_frame() -> None:
 
 @given(seeds)
 def test_legs_and_forearms_are_told_in_a_frame_that_goes_with_their_parent(seed: int) -> None:
-    """The parent's own direction is its rest there, so the angle of knee and elbow is in the cosines."""
+    """Directions of lower leg and forearm are relative to the parent limb, so they give the angle of knee and elbow."""
     clip = moving(np.random.default_rng(seed), 5)
     described = cosines(postures(clip))
     for limb, over in zip((*LEGS, *FOREARMS), (*THIGHS, *ARMS), strict=True):
@@ -287,7 +287,7 @@ def test_the_floor_is_the_level_of_the_standing_ankle() -> None:
 
 @pytest.mark.parametrize("frame", FRAMES)
 def test_a_deep_squat_is_smooth_where_angles_would_jump(frame: str) -> None:
-    """Thighs go from hanging to behind the line of the trunk, knees next to it, and back."""
+    """The posture numbers vary smoothly in a deep squat, where thighs move from hanging to beyond the trunk."""
     flexion = np.radians(np.concatenate([np.linspace(-20, 225, 120), np.linspace(225, -20, 120)]))
     clip = []
     for angle in flexion:
@@ -378,7 +378,9 @@ def test_what_is_no_posture_is_refused() -> None:
 
 
 def limb_by_limb(posture: np.ndarray, body: LimbLengths, frame: str) -> np.ndarray:
-    """Joints (15, 3) of one posture (37,) as the words have it: frames as matrices, rotations of another library."""
+    """Return joint positions (15, 3) of one posture (37,), computed limb by limb from the definition with SciPy's
+    rotations.
+    """
 
     def frame_of(x: np.ndarray, upward: np.ndarray) -> np.ndarray:
         z = upward - (upward @ x) * x
@@ -465,7 +467,7 @@ needs_recordings = pytest.mark.skipif(
 
 
 def recordings(action: str) -> list[np.ndarray]:
-    """Joints of all performances of an action in HDM05."""
+    """Return the joint positions of all performances of one action in HDM05."""
     folder = Path(os.environ["MOCAP_MIRROR"]) / "hdm05"
     points = {
         "head": "head",
@@ -484,7 +486,7 @@ def recordings(action: str) -> list[np.ndarray]:
 
 
 def dimensions(samples: np.ndarray) -> int:
-    """Smallest b whose eigenvalues reach 95 % of the variance [mozerov2006 4]."""
+    """Return the smallest number of eigenvectors that explains 95 % of the variance [mozerov2006 4]."""
     model = linear_model.fit(samples, 37)
     return int(np.searchsorted(np.cumsum(model.eigenvalues) / model.total_variance, 0.95)) + 1
 

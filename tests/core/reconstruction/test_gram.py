@@ -1,4 +1,4 @@
-"""The one linear system: solved and eliminated, all as the printed estimators have it."""
+"""Tests of the linear system of least squares and MAP against the printed estimators."""
 
 from __future__ import annotations
 
@@ -19,7 +19,9 @@ variances = st.floats(min_value=0.0, max_value=3.0).map(lambda exponent: 10.0**e
 @given(fold=folds(styles=("generic",), trailing=0), angle=angles, noise_variance=st.none() | variances)
 @settings(max_examples=40, deadline=None)
 def test_the_solution_is_the_printed_one(fold: Fold, angle: float, noise_variance: float | None) -> None:
-    """[zhang2007 3.9] for least squares, [zhang2007 3.15] for MAP, with their costs [zhang2007 4.5, 4.6]."""
+    """Solutions and costs agree with [zhang2007 3.9] for least squares, and with [zhang2007 3.15] for MAP
+    [zhang2007 4.5, 4.6].
+    """
     model = fold.model
     gram = gram_of(model, noise_variance)
     C = camera.projection_matrix(angle)
@@ -38,7 +40,7 @@ def test_the_solution_is_the_printed_one(fold: Fold, angle: float, noise_varianc
 
 
 def test_directions_that_no_view_shows_from_above_are_still_found_unseen() -> None:
-    """Nothing vertical varies, so that the shortcut over all angles says nothing, and the depth is lost at 0."""
+    """Coefficients that a view cannot determine are zero, even if no eigenwalker varies vertically."""
     components = np.zeros((2, 75, 3))
     components[0, 0, 0] = components[1, 1, 1] = 1.0  # one across, one along the walk
     model = LinearModel(np.zeros(225), components.reshape(2, 225), np.array([4.0, 1.0]), 5.0)

@@ -1,4 +1,4 @@
-"""3D from one known view: the fast paths against the printed ones [zhang2007 3.5-3.16, A.1-A.5]."""
+"""Tests of 3D reconstruction from one known view against the printed formulas [zhang2007 3.5-3.16, A.1-A.5]."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ variances = st.floats(min_value=0.0, max_value=3.0).map(lambda exponent: 10.0**e
 
 
 def problem(seed: int, numbers: int = 150, unknowns: int = 12) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """E (150, N) well conditioned, d (150,) and eigenvalues (N,) over three decades."""
+    """Return a random well-conditioned matrix E (150, N), data d (150,) and eigenvalues (N,)."""
     generator = np.random.default_rng(seed)
     return (
         generator.standard_normal((numbers, unknowns)) / np.sqrt(numbers),
@@ -39,7 +39,7 @@ def error_path(model: LinearModel, sample: np.ndarray, view: np.ndarray, sweep: 
 @given(seed=seeds, unknowns=st.integers(1, 40))
 @settings(max_examples=40, deadline=None)
 def test_least_squares_is_the_printed_pseudo_inverse(seed: int, unknowns: int) -> None:
-    """[zhang2007 3.9]: (E'E)^-1 E'd."""
+    """Least squares coefficients equal the printed [zhang2007 3.9]: (E'E)^-1 E'd."""
     E, d, _ = problem(seed, unknowns=unknowns)
     k = np.linalg.inv(E.T @ E) @ E.T @ d
     np.testing.assert_allclose(reconstruction.least_squares(E, d), k, rtol=1e-8, atol=1e-8)
@@ -48,7 +48,7 @@ def test_least_squares_is_the_printed_pseudo_inverse(seed: int, unknowns: int) -
 @given(seed=seeds, unknowns=st.integers(1, 40), noise_variance=variances)
 @settings(max_examples=40, deadline=None)
 def test_map_is_the_printed_closed_form(seed: int, unknowns: int, noise_variance: float) -> None:
-    """[zhang2007 3.15, A.5]: [diag(sigma²/lambda) + E'E]^-1 E'd."""
+    """MAP coefficients equal the printed [zhang2007 3.15, A.5]: [diag(sigma²/lambda) + E'E]^-1 E'd."""
     E, d, eigenvalues = problem(seed, unknowns=unknowns)
     k = np.linalg.inv(np.diag(noise_variance / eigenvalues) + E.T @ E) @ E.T @ d
     coefficients = reconstruction.maximum_a_posteriori(E, d, eigenvalues, noise_variance=noise_variance)
@@ -60,7 +60,7 @@ def test_map_is_the_printed_closed_form(seed: int, unknowns: int, noise_variance
 def test_the_gradient_of_the_posterior_is_zero_at_map_and_its_value_lowest(
     seed: int, noise_variance: float
 ) -> None:
-    """[zhang2007 3.14, A.1-A.4]."""
+    """At the MAP coefficients, the posterior is maximal and its gradient is zero [zhang2007 3.14, A.1-A.4]."""
     E, d, eigenvalues = problem(seed)
     k = reconstruction.maximum_a_posteriori(E, d, eigenvalues, noise_variance=noise_variance)
     gradient = (-2 * E.T @ d + 2 * E.T @ E @ k) / (2 * noise_variance) + 2 * k / (2 * eigenvalues)  # A.3
@@ -126,7 +126,7 @@ def test_two_coefficients_worked_out_in_the_head() -> None:
 def test_the_sweep_equals_the_printed_way(
     fold: Fold, view: list[float], noise_variance: float | None
 ) -> None:
-    """225 numbers and 226, generic, tied and degenerate walkers."""
+    """Reconstructions from several views equal the printed formulas, with or without the walk's frequency."""
     result = reconstruction.from_known_views(
         fold.model, fold.sample, np.array(view), noise_variance=noise_variance
     )
@@ -176,7 +176,7 @@ def test_the_signs_of_eigenwalkers_do_not_matter(
 @given(fold=folds(styles=("generic",), trailing=0), angle=angles, noise_variance=variances)
 @settings(max_examples=30, deadline=None)
 def test_metres_give_the_same_walker(fold: Fold, angle: float, noise_variance: float) -> None:
-    """E_abs is a mean square: a millionth, when sigma² becomes a millionth too."""
+    """In metres instead of millimetres, the walker is the same, and squared errors are a millionth of those before."""
     model, view = fold.model, np.array([angle])
     in_metres = dataclasses.replace(
         model, mean=model.mean * 1e-3, eigenvalues=model.eigenvalues * 1e-6, total_variance=0.0
@@ -213,7 +213,7 @@ def test_a_walker_within_the_model_is_found_exactly(
 def test_what_a_view_does_not_show_is_left_out(
     seed: int, angle: float, noise_variance: float | None, unknowns: int
 ) -> None:
-    """An eigenwalker along the missing dimension, and two that look alike from here: the smallest norm.
+    """Coefficients that the view does not determine are zero, as in the solution of smallest norm.
 
     The products that make the matrix cancel only to rounding, which must not pass for information.
     """
@@ -259,7 +259,7 @@ def test_walkers_who_do_not_vary_leave_the_average_walker() -> None:
 @given(fold=folds(), angle=angles)
 @settings(max_examples=20, deadline=None)
 def test_the_observed_coordinates_are_kept(fold: Fold, angle: float) -> None:
-    """[zhang2007 3.16]: the model's own image of the walker is not used."""
+    """The reconstructed walker keeps the observed image coordinates exactly [zhang2007 3.16]."""
     result = reconstruction.from_known_views(fold.model, fold.sample, np.array([angle]), noise_variance=70.0)
     truth = unflatten(fold.sample)
     observed = camera.project(truth, angle)

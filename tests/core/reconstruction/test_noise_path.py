@@ -1,4 +1,4 @@
-"""The error along a path of noise variances: the fast path against the printed one [zhang2007 3.15, 4.2]."""
+"""Tests of reconstruction errors for many noise variances against the printed formulas [zhang2007 3.15, 4.2]."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def error_path(model: LinearModel, sample: np.ndarray, view: np.ndarray, sweep: 
 def test_the_path_of_errors_equals_the_naive_loop_over_time(
     fold: Fold, view: list[float], sweep: list[float]
 ) -> None:
-    """Every view and sigma²: solve, synthesise, difference, square, mean over a cycle and the joints."""
+    """For each view and noise variance, the error equals the mean square error of explicitly synthesised motion."""
     path = error_path(fold.model, fold.sample, np.array(view), np.array(sweep))
     truth = fourier.synthesise(unflatten(fold.sample), 1.0, TIMES)
     size = max(np.square(unflatten(fold.sample - fold.model.mean)).mean(), 1e-6)
@@ -54,7 +54,7 @@ def test_the_path_of_errors_is_that_of_single_reconstructions() -> None:
 
 
 def test_a_path_of_many_variances_passes_through_single_reconstructions() -> None:
-    """A long path is interpolated from a few variances."""
+    """Errors for 625 noise variances, interpolated from a few, equal single reconstructions."""
     people = flatten(walkers(np.random.default_rng(6), 40))
     model, view, sweep = fit(people[1:], 30), np.radians([-60.0, 10.0]), np.arange(1.0, 626.0)
     path = error_path(model, people[0], view, sweep)

@@ -1,4 +1,4 @@
-"""Refinement of whole bodies: derivatives, the tree's algebra, recovery, gaps, outliers, gauge, rejected input."""
+"""Tests of the refinement of whole bodies: derivatives, equations, accuracy, gaps, invariances, bad input."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from tests.rejects import rejects
 from tests.strategies import seeds
 
 TREE = (-1, 0, 1, 2, 1, 0)
-"""Root, a chain of three, a branch from its first limb, and a limb of its own."""
+"""Parents of a test skeleton: a chain of three limbs with one branch, and a separate limb at the root."""
 
 
 @dataclass(frozen=True)
 class Body:
-    """Limbs whose truth lies in a basis, and what a moving camera sees of them."""
+    """Synthetic limbs whose directions lie in a trajectory basis, and their images from a moving camera."""
 
     images: np.ndarray
     camera: Pinhole
@@ -46,7 +46,7 @@ class Body:
         return kinematics(self.parents, self.root, self.relative)
 
     def start(self, seed: int, size: float = 0.03) -> np.ndarray:
-        """Return the truth, smoothly perturbed by `size` radians."""
+        """Return the true limb directions with smooth random errors of about `size` radians."""
         generator = np.random.default_rng(seed)
         frames = len(self.root)
         waves = self.basis[:, :4] * np.sqrt(frames)
@@ -54,7 +54,7 @@ class Body:
         return self.relative / self.lengths[:, None] + 0.5 * size * bend
 
     def refined(self, start: np.ndarray, **options: Any) -> Refinement:
-        """From a start, in the charts of the truth unless others are asked for."""
+        """Return the refinement from given initial directions, by default with the angle axes of the ground truth."""
         inputs = {"images": self.images, "camera": self.camera, "root": self.root, "lengths": self.lengths}
         inputs |= {"parents": self.parents, "basis": self.basis}
         of_refinement = {field.name for field in fields(RefinementOptions)}
@@ -63,7 +63,7 @@ class Body:
 
 
 def kinematics(parents: tuple[int, ...], root: np.ndarray, relative: np.ndarray) -> np.ndarray:
-    """Positions (F, J, 3), joint by joint."""
+    """Return joint positions (F, J, 3) from root and limb vectors, joint by joint."""
     positions = [root]
     for joint in range(1, len(parents)):
         positions.append(positions[parents[joint]] + relative[:, joint - 1])
@@ -78,7 +78,7 @@ def body(
     noise_px: float = 0.0,
     parents: tuple[int, ...] = TREE,
 ) -> Body:
-    """Limbs that lean towards and away from the camera and never pass the plane across its ray."""
+    """Return a synthetic body whose limbs never cross the plane perpendicular to their viewing direction."""
     generator = np.random.default_rng(seed)
     basis = cosine_basis(frames, components)
     limbs = len(parents) - 1
@@ -106,7 +106,7 @@ def body(
 
 
 def observed(one: Body, *, free: bool = False, penalty: float = 0.0) -> tuple[Observations, np.ndarray]:
-    """The problem inside of `refine`, and unknowns near its truth."""
+    """Return the observations that `refine` works on, and unknowns close to the ground truth."""
     unknowns = np.stack([np.concatenate([p.coefficients_theta, p.coefficients_phi]) for p in one.paths])
     if free:
         unknowns = np.column_stack([unknowns, np.zeros(len(unknowns))])
@@ -125,7 +125,7 @@ def observed(one: Body, *, free: bool = False, penalty: float = 0.0) -> tuple[Ob
 
 
 def jacobian(given: Observations, unknowns: np.ndarray) -> np.ndarray:
-    """Derivative (L, F, 2, L, N) of all residuals by all unknowns, analytically; most of it is zero."""
+    """Return the analytic derivative (L, F, 2, L, N) of all reprojection errors by all unknowns, mostly zeros."""
     by_position, movement = reprojection.linearise(given, unknowns)
     if unknowns.shape[1] > 2 * given.basis.shape[1]:  # by the logarithm of the length
         movement = np.concatenate([movement, reprojection.relative(given, unknowns)[:, :, None]], axis=2)
@@ -144,7 +144,7 @@ def jacobian(given: Observations, unknowns: np.ndarray) -> np.ndarray:
 
 
 def with_gaps(one: Body, seed: int) -> Body:
-    """The same with a fifth of the images missing, and two frames without camera or root."""
+    """Return the body with a fifth of its images missing, one frame without root and one without camera."""
     images = one.images.copy()
     images[np.random.default_rng(seed).uniform(size=images.shape[:2]) < 0.2] = np.nan
     root, centre = one.root.copy(), one.camera.centre.copy()
@@ -164,7 +164,7 @@ def with_gaps(one: Body, seed: int) -> Body:
 @settings(max_examples=10)
 @given(seed=seeds, free=st.booleans(), gaps=st.booleans())
 def test_the_analytic_jacobian_is_the_limit_of_differences(seed: int, free: bool, gaps: bool) -> None:
-    """The error of central differences falls with the square of the step: a slope of two."""
+    """The difference between analytic Jacobian and central differences falls with the square of the step."""
     first = body(seed, frames=12, components=3)
     inputs, unknowns = observed(with_gaps(first, seed) if gaps else first, free=free)
     exact = jacobian(inputs, unknowns).reshape(-1, unknowns.size)
@@ -197,7 +197,7 @@ def test_the_gradient_is_that_of_the_cost(seed: int) -> None:
 
 
 def dense(equations: LimbEquations) -> np.ndarray:
-    """H as one matrix."""
+    """Return the second derivatives H of all limbs as one matrix."""
     limbs, size = equations.gradient.shape
     whole = np.zeros((limbs, size, limbs, size))
     for limb, (row, line) in enumerate(zip(equations.rows, equations.lines, strict=True)):
@@ -216,7 +216,7 @@ def dense(equations: LimbEquations) -> np.ndarray:
 def test_the_tree_has_the_algebra_of_the_dense_matrices(
     seed: int, free: bool, parents: tuple[int, ...]
 ) -> None:
-    """J^T J and the damped step, block by block, against the whole Jacobian."""
+    """Normal equations and damped step agree with those from the complete Jacobian matrix."""
     first = with_gaps(body(seed, frames=20, components=4, noise_px=3.0, parents=parents), seed)
     inputs, unknowns = observed(first, free=free, penalty=2.0)
     equations = normal_equations(inputs, unknowns)
@@ -251,7 +251,7 @@ def test_the_tree_has_the_algebra_of_the_dense_matrices(
 def test_the_exact_curvature_is_the_slope_of_the_gradient(
     seed: int, free: bool, parents: tuple[int, ...]
 ) -> None:
-    """Second derivatives of limb and reprojection, against central differences of the gradient."""
+    """The exact second derivatives agree with central differences of the gradient."""
     first = with_gaps(body(seed, frames=20, components=4, noise_px=3.0, parents=parents), seed)
     inputs, unknowns = observed(first, free=free, penalty=2.0)
     curvature = dense(normal_equations(inputs, unknowns, exact=True))
@@ -278,7 +278,7 @@ def test_a_truth_in_the_basis_is_recovered_from_a_perturbed_start(seed: int) -> 
 
 
 def test_the_minimum_is_that_of_an_outside_solver() -> None:
-    """SciPy's trust region with differences for derivatives, on noisy images."""
+    """On noisy images, the refinement reaches the same minimum as SciPy's trust-region solver."""
     first = body(4, frames=24, components=4, noise_px=1.0)
     start = first.start(1, 0.01)
     result = first.refined(start, tolerance=1e-12)
@@ -319,7 +319,7 @@ def test_lengths_are_kept_between_frames(seed: int) -> None:
 @settings(max_examples=10)
 @given(seed=seeds)
 def test_what_was_not_seen_is_imputed_on_the_sphere(seed: int) -> None:
-    """Missing images, a frame without camera, one without root: directions and lengths are there all the same."""
+    """Joints without an image are imputed at the correct limb length, also in frames without camera or root."""
     first = body(seed)
     gappy = with_gaps(first, seed)
     start = first.start(seed)
@@ -333,7 +333,7 @@ def test_what_was_not_seen_is_imputed_on_the_sphere(seed: int) -> None:
 
 
 def test_a_joint_never_seen_is_led_by_those_it_carries() -> None:
-    """A leaf that is never seen stays where it started; an inner joint is found through its child's images."""
+    """A limb whose end is never visible keeps its direction, unless a child joint is visible."""
     first = body(11)
     images = first.images.copy()
     images[:, 5] = np.nan  # a limb alone
@@ -369,7 +369,7 @@ def test_a_soft_basis_bridges_a_block_that_a_hard_one_does_not() -> None:
 @settings(max_examples=5)
 @given(seed=seeds)
 def test_the_world_may_be_turned(seed: int) -> None:
-    """Charts are found anew in the turned world; the body is the same, turned."""
+    """If the world is rotated, the refined body is the same, rotated."""
     first = body(seed, noise_px=0.5)
     start = first.start(seed, 0.01)
     turn = Rotation.random(rng=np.random.default_rng(seed)).as_matrix()
@@ -384,7 +384,7 @@ def test_the_world_may_be_turned(seed: int) -> None:
 
 
 def test_a_limb_through_the_printed_pole_and_round_it_is_found() -> None:
-    """An arm that swings through the vertical, and a hand that turns round it twice: no jump, no stop."""
+    """The refinement finds an arm that swings through the vertical, and a hand that rotates around it twice."""
     frames = 80
     t = (np.arange(frames) + 0.5) / frames
     swing, turning = 0.8 * np.cos(3 * np.pi * t), 2 * np.pi * (1 - np.cos(np.pi * t))
@@ -454,7 +454,7 @@ def test_the_cost_never_rises_and_convergence_is_not_claimed_early() -> None:
 
 
 def test_the_minimum_does_not_depend_on_rounding() -> None:
-    """Noise, and limbs that start as their mirrors: the end is the same when every number is rounded otherwise."""
+    """With noise and poor initial directions, the result does not depend on rounding errors."""
     first = body(12, noise_px=3.0)
     start = first.start(3, 0.3)
     result = first.refined(start, cutoff=4.0)
@@ -467,7 +467,7 @@ def test_the_minimum_does_not_depend_on_rounding() -> None:
 
 
 def test_a_start_at_the_minimum_is_soon_done() -> None:
-    """The smoothing of a start is far below a pixel."""
+    """A refinement that starts at its result ends after at most four steps."""
     first = body(10)
     result = first.refined(first.refined(first.start(1)).relative)
     assert result.converged
@@ -476,7 +476,7 @@ def test_a_start_at_the_minimum_is_soon_done() -> None:
 
 
 def test_a_step_behind_the_camera_is_refused_and_the_run_goes_on() -> None:
-    """A long limb towards a near camera: the first undamped step would throw its end behind it."""
+    """A refinement step that would move a joint behind the camera is rejected, and the refinement continues."""
     frames = 10
     camera = Pinhole(np.diag([500.0, 500.0, 1.0]), np.eye(3), np.zeros(3))
     root = np.tile([0.0, 0.0, 900.0], (frames, 1))
@@ -555,7 +555,7 @@ def test_what_it_was_given_stays_as_it_was() -> None:
         ({"basis": 41}, rejects("out_of_range", "components", value=41)),
         ({"basis": np.ones((39, 2))}, rejects("wrong_shape", "basis", shape=(39, 2))),
         ({"charts": np.eye(3)}, rejects("wrong_shape", "charts", shape=(3, 3))),
-        ({"charts": np.full((5, 3, 3), np.nan)}, rejects("not_rotation", "the start of joint 1")),
+        ({"charts": np.full((5, 3, 3), np.nan)}, rejects("not_rotation", "initial trajectory of joint 1")),
         ({"cutoff": np.nan}, rejects("out_of_range", "cutoff")),
         ({"tolerance": -1.0}, rejects("out_of_range", "tolerance", value=-1.0)),
         ({"max_iterations": 0}, rejects("out_of_range", "max_iterations", value=0)),
@@ -574,7 +574,7 @@ def test_a_limb_without_any_direction_is_refused_by_name() -> None:
     first = body(1)
     start = first.start(1, 0.0)
     start[:, 2] = np.nan
-    with rejects("no_direction", "the start of joint 3"):
+    with rejects("no_direction", "initial trajectory of joint 3"):
         first.refined(start)
 
 

@@ -1,4 +1,6 @@
-"""Angles of directions: the way back, continuity against all choices, poles, gauge, gaps, rejected input."""
+"""Tests of the angles of directions: conversion back, continuity, behaviour at the poles, rotation, gaps, and bad
+input.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +33,7 @@ STYLES = ("generic", "planar", "nearly_planar", "still", "nearly_still", "everyw
 
 
 def path(seed: int, style: str = "generic", frames: int = 60) -> np.ndarray:
-    """Directions (F, 3), smooth but where the style says otherwise."""
+    """Return random unit directions (F, 3) of a given style, which by default vary smoothly."""
     generator = np.random.default_rng(seed)
     waves = cosine_basis(max(frames, 5), 5)[:frames] * np.sqrt(frames)
     turn = Rotation.random(rng=generator)
@@ -64,7 +66,7 @@ def test_angles_lead_back_to_the_directions_in_any_chart(seed: int, style: str) 
 
 @given(seed=seeds, frames=st.integers(min_value=1, max_value=9))
 def test_no_choice_of_sheets_is_shorter(seed: int, frames: int) -> None:
-    """All 2^F choices of (theta, phi) or (-theta, phi + pi), each frame with the nearest whole turns."""
+    """Among all 2^F equivalent sequences of angles, none has smaller changes than the returned one."""
     directions = path(seed, "everywhere", frames)
     result = continuous_angles(directions, chart=np.eye(3))
     length = (np.diff(result.theta) ** 2 + np.diff(result.phi) ** 2).sum()
@@ -79,7 +81,7 @@ def test_no_choice_of_sheets_is_shorter(seed: int, frames: int) -> None:
 
 
 def test_a_turning_limb_has_no_jump_at_half_a_turn() -> None:
-    """Three turns about the pole: the azimuth runs on to six pi."""
+    """The azimuth of a direction that rotates three times around the pole increases to six pi, without a jump."""
     turning = np.linspace(0.0, 6 * np.pi, 200)
     across = np.stack([np.cos(turning), np.sin(turning), np.full(200, 0.3)], axis=1)
     angles = continuous_angles(across, chart=np.eye(3))
@@ -108,7 +110,7 @@ def test_a_direction_at_the_pole_takes_its_azimuth_from_its_neighbours() -> None
 
 @given(seed=seeds, style=st.sampled_from(STYLES))
 def test_no_pole_is_farther_from_the_path(seed: int, style: str) -> None:
-    """Against half a sphere of candidates, and against small turns of the one that was found."""
+    """No other pole is farther from a set of directions than the chosen one, among random and neighbouring poles."""
     directions = path(seed, style)
     chart = farthest_chart(directions)
     start = farthest_from_pole(chart, directions)
@@ -121,7 +123,7 @@ def test_no_pole_is_farther_from_the_path(seed: int, style: str) -> None:
 
 @given(seed=seeds, style=st.sampled_from(("generic", "everywhere", "turned corners", "twice")))
 def test_the_pole_is_the_nearest_face_of_the_hull(seed: int, style: str) -> None:
-    """Also where faces tie, as a cube's, and where frames are repeated; against Quickhull."""
+    """The chosen pole is the normal of the convex hull face that Quickhull finds nearest to the origin."""
     generator = np.random.default_rng(seed)
     directions = path(seed, style if style == "everywhere" else "generic", int(generator.integers(4, 130)))
     if style == "turned corners":
@@ -138,7 +140,7 @@ def test_the_pole_is_the_nearest_face_of_the_hull(seed: int, style: str) -> None
 
 
 def test_the_printed_pole_has_steps_of_a_radian_where_ours_has_none() -> None:
-    """A thigh that swings past the vertical, a little to the side of it [park2011 4 as printed]."""
+    """Near the vertical, a thigh's azimuth jumps with the printed pole, but not with ours [park2011 4 as printed]."""
     swing = 0.5 * np.sin(np.linspace(0, 4 * np.pi, 100))
     thigh = np.stack([np.full(100, 0.01), np.sin(swing), -np.cos(swing)], axis=1)
     printed, ours = continuous_angles(thigh, chart=np.eye(3)), continuous_angles(thigh)
@@ -164,7 +166,7 @@ def test_cosines_are_rows_of_the_orthonormal_transform() -> None:
 
 
 def in_basis(seed: int, frames: int, components: int) -> tuple[SphericalTrajectory, np.ndarray]:
-    """A trajectory about the equator of its chart, so smooth that its angles are read without doubt."""
+    """Return a random smooth trajectory around the equator of its angle axes, with its basis."""
     generator = np.random.default_rng(seed)
     basis = cosine_basis(frames, components)
     sizes = 0.15 * np.sqrt(frames) / np.arange(1, components + 1) ** 2
@@ -189,7 +191,7 @@ def test_a_trajectory_of_the_basis_comes_back_also_where_frames_are_missing(
 
 @given(seed=seeds)
 def test_the_path_stays_on_the_sphere_at_any_time(seed: int) -> None:
-    """Between frames too, where the straight line between two directions leaves it."""
+    """Interpolated directions have unit length at any time between frames."""
     truth, basis = in_basis(seed, 30, 6)
     between = truth.directions(cosine_basis(30, 6, at=np.linspace(0, 29, 117)))
     np.testing.assert_allclose(np.linalg.norm(between, axis=1), 1.0, rtol=1e-14)
@@ -211,7 +213,7 @@ def test_a_penalty_bridges_a_gap_that_a_hard_basis_does_not() -> None:
 
 
 def test_an_azimuth_near_the_pole_counts_little() -> None:
-    """Errors count as they move the direction: that of one frame a thousandth from the pole does not."""
+    """An azimuth error near the pole hardly influences the fit, because it hardly changes the direction."""
     theta, phi = np.full(20, np.pi / 2), np.zeros(20)
     theta[3], phi[3] = 1e-3, 2.0
     basis = cosine_basis(20, 2)

@@ -1,4 +1,4 @@
-"""One performance brought to the rate of another, all pairs at once, the median [mozerov2006 6-19]."""
+"""Tests of synchronization: for two performances, for all pairs, and for the median sequence [mozerov2006 6-19]."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ step_sets = st.sampled_from([(-1, 0, 1), (-2, -1, 0, 1), (0, 1), (-1, 0), (0,), 
 
 @st.composite
 def switches(draw: st.DrawFn, widest: int = 8) -> dict[str, Any]:
-    """Draw all options of `synchronize`; mu is a whole number, so that sums are exact."""
+    """Draw random options of `synchronize`, with an integer smoothness mu so that sums are exact."""
     return {
         "max_disparity": draw(st.integers(0, widest)),
         "smoothness": draw(st.integers(0, 4)),
@@ -46,7 +46,7 @@ def switches(draw: st.DrawFn, widest: int = 8) -> dict[str, Any]:
 
 
 def performance(generator: np.random.Generator, frames: int, dimension: int = 4) -> np.ndarray:
-    """A smooth random movement (P, b)."""
+    """Return a smooth random performance (P, b)."""
     return np.cumsum(generator.standard_normal((frames, dimension)), axis=0)
 
 
@@ -54,7 +54,7 @@ def performance(generator: np.random.Generator, frames: int, dimension: int = 4)
 
 
 def every_path(frames: int, switch: dict[str, Any]) -> list[tuple[int, ...]]:
-    """All disparity functions that the switches allow, by the definitions alone."""
+    """Return all disparity functions that the options allow, enumerated from the definition."""
     result = []
     for ks in itertools.product(switch["steps"], repeat=frames - 1):
         # d(p - 1) = d(p) + k, back from d(P - 1) = 0
@@ -69,7 +69,7 @@ def every_path(frames: int, switch: dict[str, Any]) -> list[tuple[int, ...]]:
 
 
 def cost_of(x_n: np.ndarray, x_m: np.ndarray, path: tuple[int, ...], switch: dict[str, Any]) -> float:
-    """[mozerov2006 12], or what the recurrence sums up as it is printed, with plain loops."""
+    """Return the cost of a disparity function by plain loops, as in [mozerov2006 12] or in the recurrence."""
     total = 0.0
     for p, d in enumerate(path):
         total += sum((a - b) ** 2 for a, b in zip(x_n[p], x_m[p + d], strict=True))
@@ -80,7 +80,9 @@ def cost_of(x_n: np.ndarray, x_m: np.ndarray, path: tuple[int, ...], switch: dic
 
 
 def preference(path: tuple[int, ...]) -> list[tuple[int, int]]:
-    """Steps from the end back: the smallest is preferred, negative before positive."""
+    """Return the sort key of a disparity function by which ties are resolved: smaller steps first, negative before
+    positive.
+    """
     steps = [path[p - 1] - path[p] for p in range(len(path) - 1, 0, -1)]
     return [(abs(k), k) for k in steps]
 
@@ -109,7 +111,9 @@ def test_no_path_of_all_is_cheaper_and_ties_go_to_the_straightest_from_the_end(
 def plain_loop(
     x_n: np.ndarray, x_m: np.ndarray, *, max_disparity: int, smoothness: float, penalty: str, start: str
 ) -> tuple[list[int], float]:
-    """[mozerov2006 14, 16, 17] as one would write them down first: dictionaries and double loops."""
+    """Return disparity function and cost by a direct implementation with dictionaries and loops
+    [mozerov2006 14, 16, 17].
+    """
     frames = len(x_n)
     disparities = range(-max_disparity, max_disparity + 1)
     S = {d: 0.0 if d == 0 or start == "free" else np.inf for d in disparities}
@@ -157,7 +161,7 @@ def test_one_pair_and_all_pairs_equal_the_plain_double_loop(
 
 
 def asymmetric_warping(x_n: np.ndarray, x_m: np.ndarray, window: int) -> float:
-    """Dynamic time warping by sample against sample: one on in x_n, none, one or two on in x_m."""
+    """Return the cost of dynamic time warping with steps of one sample in x_n, and of 0 to 2 samples in x_m."""
     frames = len(x_n)
     total = np.full((frames, frames), np.inf)
     for i in range(frames):
@@ -190,13 +194,13 @@ def test_without_smoothness_it_is_dynamic_time_warping_with_the_asymmetric_step_
 
 
 def movement(time: np.ndarray) -> np.ndarray:
-    """Six coordinates (…, 6) of a bend at times from 0 to 1; it stands still nowhere."""
+    """Return six coordinates (…, 6) of a continuous bending movement at times from 0 to 1."""
     turns = 2 * np.pi * time[..., None] * np.array([0.5, 0.5, 1.0, 1.0, 1.5, 1.5])
     return np.array([3.0, 2.0, 1.5, 1.0, 0.7, 0.5]) * np.cos(turns + np.arange(6))
 
 
 def smooth_warp(generator: np.random.Generator, frames: int, strength: float) -> np.ndarray:
-    """A time function (P,) from 0 to 1 that rises throughout."""
+    """Return a random increasing time function (P,) from 0 to 1."""
     t = np.linspace(0, 1, frames)
     amplitudes = strength * generator.uniform(-1, 1, 3) / np.array([1.0, 2.0, 3.0]) ** 2
     return t + (amplitudes * np.sin(np.pi * t[:, None] * np.array([1.0, 2.0, 3.0]))).sum(axis=1)

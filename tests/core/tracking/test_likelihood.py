@@ -1,4 +1,4 @@
-"""The likelihood of an image against its definition, joint by joint and by numerical integration."""
+"""Tests of the image likelihood against its definition for single joints, and against numerical integration."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ VIEW = 0.4
 )
 @settings(max_examples=60)
 def test_the_density_is_the_product_over_the_joints_that_were_seen(seed: int, missing: float) -> None:
-    """Against a loop over particles and joints with the densities of scipy."""
+    """The image likelihood equals the product of SciPy's normal densities over the visible joints."""
     generator = np.random.default_rng(seed)
     joints = 300.0 * generator.standard_normal((4, 6, 3))
     image = 100.0 * generator.standard_normal((2, 6, 2))
@@ -42,7 +42,7 @@ def test_the_density_is_the_product_over_the_joints_that_were_seen(seed: int, mi
 
 
 def test_an_unknown_place_is_integrated_out() -> None:
-    """Against the integral over every horizontal shift of the image."""
+    """With an unknown horizontal position, the likelihood equals the integral over all horizontal shifts."""
     generator = np.random.default_rng(1)
     joints, noise = 10.0 * generator.standard_normal((1, 4, 3)), np.array([3.0, 5.0, 8.0, 4.0])
     image = camera.project(joints, VIEW) + noise[:, None] * generator.standard_normal((4, 2)) + [40.0, -5.0]

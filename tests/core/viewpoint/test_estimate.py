@@ -1,4 +1,4 @@
-"""View angle and coefficients together [zhang2007 4.5, 4.6, B.1-B.3] [zhang2004 14]."""
+"""Tests of the joint estimation of view angle and coefficients [zhang2007 4.5, 4.6, B.1-B.3] [zhang2004 14]."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ methods = st.sampled_from([("least_squares", None), ("map", 1.0), ("map", 70.0),
 
 
 def seen(sample: np.ndarray, angle: float) -> np.ndarray:
-    """The 2D Fourier representation (150,) or (151,) of a walker."""
+    """Return the 2D Fourier representation (150,) or (151,) of a walker at a view angle."""
     return camera.projection_matrix(angle, trailing=sample.size - 225) @ sample
 
 
 def printed_cost(
     model: LinearModel, observed: np.ndarray, angle: float, k: np.ndarray, noise_variance: float | None
 ) -> float:
-    """[zhang2007 4.5] squared, or [zhang2007 4.6] times 2 sigma²."""
+    """Return the printed cost, [zhang2007 4.5] squared or [zhang2007 4.6] times 2 sigma², for given coefficients."""
     trailing = model.mean.size - 225
     C = camera.projection_matrix(angle, trailing=trailing)
     w_hat = np.append(observed[:150], model.last_scale * observed[150:])
@@ -44,7 +44,7 @@ def printed_cost(
 def printed_minimum(
     model: LinearModel, observed: np.ndarray, angle: float, noise_variance: float | None
 ) -> tuple[float, np.ndarray]:
-    """The printed cost at an angle, coefficients solved for as printed, and those."""
+    """Return the printed cost at a view angle with the optimal coefficients, and these coefficients."""
     trailing = model.mean.size - 225
     C = camera.projection_matrix(angle, trailing=trailing)
     d = np.append(observed[:150], model.last_scale * observed[150:]) - C @ model.mean
@@ -59,7 +59,7 @@ def printed_minimum(
 def brute_force(
     model: LinearModel, observed: np.ndarray, noise_variance: float | None
 ) -> tuple[float, float]:
-    """Angle and cost by looking: every degree, then every hundredth around the five lowest."""
+    """Return the best view angle, degrees, and its cost, from a search in steps of a hundredth of a degree."""
 
     def cost(degree: float) -> float:
         return printed_minimum(model, observed, np.radians(degree), noise_variance)[0]
@@ -99,7 +99,7 @@ def test_the_global_solver_finds_what_a_hundredth_of_a_degree_finds(
 def test_no_candidate_of_a_fine_grid_is_better(
     seed: int, method: tuple[str, float | None], wild: float
 ) -> None:
-    """Also for walkers like none that were learnt from, whose cost has several dips of nearly one depth."""
+    """No view angle of a fine grid has a lower cost than the estimate, even for untypical walkers."""
     name, noise_variance = method
     generator = np.random.default_rng(seed)
     people = flatten(walkers(generator, 21))
@@ -119,7 +119,7 @@ def test_no_candidate_of_a_fine_grid_is_better(
 
 @pytest.mark.parametrize("step_deg", [5.0, 10.0, 15.0])
 def test_the_lower_of_two_dips_wins_though_the_lowest_candidate_lies_in_the_other(step_deg: float) -> None:
-    """Two points at 100 x and 30 y: dips at 48.73 degrees, on a candidate, and lower at -48.77, between two."""
+    """The search finds the lower of two minima, even if the lowest grid point belongs to the other one."""
     points = np.zeros((75, 3))
     points[0, 0], points[1, 1] = 100.0, 30.0
     model = LinearModel(points.reshape(-1), np.eye(225)[-1:], np.ones(1), 1.0)
@@ -171,7 +171,7 @@ def test_the_cost_on_the_grid_and_the_reduced_cost_are_the_printed_one(
 @pytest.mark.parametrize("noise_variance", [None, 70.0])
 @pytest.mark.parametrize("seed", range(4))
 def test_the_slope_is_the_limit_of_differences(seed: int, noise_variance: float | None) -> None:
-    """The error of central differences falls with the square of the step, until rounding takes over."""
+    """The slope of the cost agrees with central differences, whose error falls with the square of the step."""
     generator = np.random.default_rng(seed)
     people = flatten(walkers(generator, 15), generator.uniform(0.7, 1.1, 15))
     model = fit(people[1:], 10, scale_last=None)
@@ -287,7 +287,7 @@ def test_no_observation_of_anything_is_no_reason_to_fail() -> None:
 
 
 def test_the_runner_up_tells_an_ambiguous_view() -> None:
-    """Walkers with hardly any depth, and walkers as they are."""
+    """The runner-up cost is close to the lowest cost for walkers with little depth, whose view is ambiguous."""
     ratios = []
     for depth in (0.05, 1.0):
         people = walkers(np.random.default_rng(3), 12)
@@ -355,7 +355,7 @@ def test_the_published_trust_region_reaches_the_minimum_from_nearby(seed: int) -
 
 
 def test_the_published_trust_region_may_end_in_another_dip() -> None:
-    """Walkers with hardly any depth look nearly the same from 27 degrees on either side."""
+    """For walkers with little depth, the published local search may end in the wrong minimum."""
     people = walkers(np.random.default_rng(3), 12)
     people[..., 1] *= 0.1
     model, observed = fit(flatten(people[1:]), 8), seen(flatten(people)[0], 0.4)
@@ -400,7 +400,7 @@ def test_the_published_approach_ii_is_the_best_of_181_whole_degrees(
 @given(fold=folds(styles=("generic",)), true=angles)
 @settings(max_examples=15, deadline=None)
 def test_the_coefficients_rebuild_the_walker_as_the_known_view_does(fold: Fold, true: float) -> None:
-    """At the angle that is found, approach II is that of the first experiment at this angle."""
+    """The MAP coefficients equal those for a known view at the estimated view angle."""
     estimated = viewpoint.estimate(fold.model, seen(fold.sample, true), method="map", noise_variance=70.0)
     white_observation = seen(fold.sample, true)
     _, k = printed_minimum(fold.model, white_observation, float(estimated.angle_rad), 70.0)

@@ -1,4 +1,4 @@
-"""Pelvis and sternum by another definition: two joints move, the same way in every walker."""
+"""Tests of the definitions of pelvis and sternum, which move only these two joints."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ definitions = st.fixed_dictionaries({"pelvis": st.sampled_from(PELVES), "sternum
 
 
 def standing() -> np.ndarray:
-    """Two frames of a person of 1500 mm from the ankles to the head, who leans."""
+    """Return two frames of a standing person of 1500 mm from ankles to head, who leans forward in the second frame."""
     positions = np.zeros((2, 15, 3))
     heights = {"head": 1600.0, "sternum": 1380.0, "shoulder": 1330.0, "pelvis": 930.0, "hip": 900.0}
     for j, name in enumerate(WALKER15.joints):
@@ -37,7 +37,7 @@ def standing() -> np.ndarray:
 
 
 def random_walker(seed: int) -> np.ndarray:
-    """Twenty frames of joints in general position, the head over the ankles."""
+    """Return twenty frames of random joint positions, with the head above the ankles."""
     positions = 300.0 * np.random.default_rng(seed).standard_normal((20, 15, 3))
     positions[:, HEAD, 2] += 2000.0
     return positions
@@ -98,11 +98,11 @@ def test_an_unknown_definition_is_rejected(where: str, value: str) -> None:
 # The definition that ships
 
 OWN_PELVIS = {"walker15": {"pelvis": 1.0}, "plugin_gait": {"PELO": 1.0}}
-"""A file of joints states its pelvis; the origin of Plug-in Gait's pelvis is midway between its hips."""
+"""Rules for the pelvis in mappings whose files contain a pelvis point of their own."""
 
 
 def halved(left: tuple[Rule, Lowering | None], right: tuple[Rule, Lowering | None]) -> object:
-    """The rule and the lowering of the midpoint of two joints."""
+    """Return the mapping rule for the midpoint of two joints, and the distance by which the midpoint is lowered."""
     points = {*left[0], *right[0]}
     rule = {p: round((left[0].get(p, 0.0) + right[0].get(p, 0.0)) / 2.0, 9) for p in points}
     return ({p: w for p, w in rule.items() if w}, left[1]) if left[1] == right[1] else None

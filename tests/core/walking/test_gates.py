@@ -1,4 +1,4 @@
-"""Motions that are not walks: runs, bends, kicks on the spot."""
+"""Tests that runs, bends and kicks are not accepted as walks."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def test_a_trunk_that_bows_is_no_walk(people: np.ndarray) -> None:
 
 
 def test_a_wrong_frame_rate_shows_in_the_cadence() -> None:
-    """Speed and cadence follow the stated rate; the length of a stride does not."""
+    """A wrong frame rate changes the cadence but not the stride length, so that the warning appears."""
     people = walkers.walking_population(
         np.random.default_rng(2), male=2, female=2, duration_s=3.0, frame_rate_hz=RATE_HZ
     )

@@ -1,4 +1,4 @@
-"""From a recording to a walker: clips made from a treadmill walker give the treadmill walker back."""
+"""Tests of the steady part of a walk: clips generated from a treadmill walker give the treadmill walker back."""
 
 from __future__ import annotations
 
@@ -230,7 +230,7 @@ def test_unknown_choices_are_refused() -> None:
 
 @given(st.floats(-1.2, 1.2), st.integers(0, 2**16))
 def test_the_heading_of_the_steps_turns_with_the_walker(angle: float, seed: int) -> None:
-    """A walker whose ankles swing along +y, with a little sway across, turned by any angle short of a quarter turn."""
+    """The estimated direction of the steps rotates with the walker."""
     rng = np.random.default_rng(seed)
     coefficients = rng.normal(0.0, 100.0, size=(5, 15, 3))
     left, right = WALKER15.index("left_ankle"), WALKER15.index("right_ankle")

@@ -1,4 +1,4 @@
-"""Sizes and gaps of a clip, before walking is looked for in it."""
+"""Tests of gap filling in a clip."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""ASF/AMC: known answers, the contract of every reader, damaged files, an independent forward kinematics."""
+"""Tests of the ASF/AMC reader: known values, damaged files, and independent forward kinematics."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ needs_recordings = pytest.mark.skipif(
 
 @pytest.fixture
 def pair(tmp_path: Path) -> tuple[Path, Path]:
-    """The hand-made motion and skeleton in a folder of their own, ready to be spoiled."""
+    """Handwritten motion and skeleton files in a new folder, where tests may damage them."""
     for source, name in ((ASF, "a.asf"), (AMC, "a_01.amc")):
         (tmp_path / name).write_bytes(source.read_bytes())
     return tmp_path / "a_01.amc", tmp_path / "a.asf"
@@ -279,7 +279,7 @@ def test_unusable_rates_are_refused() -> None:
 
 
 def turned(axis: int, degrees: float) -> np.ndarray:
-    """4×4 rotation about a coordinate axis by Rodrigues' formula."""
+    """Return the 4×4 rotation about a coordinate axis by Rodrigues' formula."""
     k = np.zeros((3, 3))
     k[(axis + 2) % 3, (axis + 1) % 3], k[(axis + 1) % 3, (axis + 2) % 3] = 1, -1
     matrix = np.eye(4)
@@ -325,7 +325,7 @@ def random_skeleton(generator: np.random.Generator, count: int) -> list[Bone]:
 def naive_positions(
     bones: list[Bone], root: list[str], frame: dict[str, list[float]]
 ) -> dict[str, np.ndarray]:
-    """Bone ends of one frame, in the file's units, bone by bone with 4×4 matrices."""
+    """Return the positions of the bone ends in one frame, in the file's units, computed with 4×4 matrices."""
     positions: dict[str, np.ndarray] = {}
 
     def walk(name: str, matrix: np.ndarray) -> None:

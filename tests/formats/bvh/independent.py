@@ -1,4 +1,4 @@
-"""A second reader of BVH, for comparison: a recursive descent over words, and postures by quaternions, point by point.
+"""Independent BVH reader for comparison, which computes postures with quaternions and one point at a time.
 
 It shares nothing with the reader of the package.  As BVH is described by its users: a joint stands at its offset, or
 where its channels of position put it, in the frame of its parent; its rotations apply in the order of its channels.
@@ -15,7 +15,7 @@ Quaternion = tuple[float, float, float, float]
 
 
 def read(path: Path, *, rotations_only: bool = False) -> tuple[dict[str, list[Vector]], float]:
-    """Positions of each joint in every frame, in the file's unit, and seconds between frames.
+    """Return the positions of each joint in every frame, in the file's unit, and the seconds between frames.
 
     With `rotations_only`, channels of position below the root are passed over, as many programs do.
     """

@@ -1,4 +1,4 @@
-"""BVH: known answers, the contract of every reader, files as found in the wild, damaged files."""
+"""Tests of the BVH reader: known values, variants that other programs write, and damaged files."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ BVH = FIXTURES / "bvh_by_hand.bvh"
 
 @pytest.fixture
 def copy(tmp_path: Path) -> Path:
-    """The hand-made file, ready to be spoiled."""
+    """Copy of the handwritten BVH file, which tests may damage."""
     (tmp_path / "a.bvh").write_bytes(BVH.read_bytes())
     return tmp_path / "a.bvh"
 
@@ -301,7 +301,7 @@ def test_a_file_without_frames_or_channels_is_refused(copy: Path) -> None:
 
 
 def turned(axis: str, degrees: float) -> np.ndarray:
-    """4×4 rotation about a coordinate axis by Rodrigues' formula."""
+    """Return the 4×4 rotation about a coordinate axis by Rodrigues' formula."""
     a = "XYZ".index(axis)
     k = np.zeros((3, 3))
     k[(a + 2) % 3, (a + 1) % 3], k[(a + 1) % 3, (a + 2) % 3] = 1, -1
@@ -317,7 +317,7 @@ def moved(vector: np.ndarray) -> np.ndarray:
 
 
 class Writer:
-    """Writes a random hierarchy and, on the way, the positions of one frame by 4×4 matrices."""
+    """Writer of a BVH file with a random hierarchy, with the positions of one frame from 4×4 matrices."""
 
     def __init__(self, generator: np.random.Generator, count: int) -> None:
         self.generator = generator
@@ -389,7 +389,7 @@ CONVERSION = {
     "rhumerus": "RightForeArm",
     "rradius": "RightHand",
 }
-"""Which point of the BVH conversion stands for which bone end of the original."""
+"""Joint of the BVH conversion that corresponds to each bone end of the original ASF/AMC file."""
 
 
 @pytest.mark.skipif(not os.environ.get("MOCAP_MIRROR"), reason="needs the recordings: set MOCAP_MIRROR")

@@ -1,4 +1,4 @@
-"""C3D files of segments without points, as markerless systems write them."""
+"""Tests of C3D files with rotations of body segments and without points, as markerless systems write them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ NAMES = ["pelvis_4X4", "l_thigh_4X4"]
 
 
 def made(origins: np.ndarray, processor: int = INTEL, **changed: object) -> bytes:
-    """A file of matrices whose rotations are turns about z, and whose origins (T, S, 3) are given."""
+    """Return a C3D file with the poses of segments that rotate about z and have the given origins (T, S, 3)."""
     frames, segments = origins.shape[:2]
     matrices = np.zeros((frames, segments, 4, 4))
     matrices[..., 3, 3] = 1

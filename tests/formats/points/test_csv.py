@@ -1,4 +1,4 @@
-"""The CSV reader and writer: wide and long tables, their dialects, damage, and the round trip."""
+"""Tests of the CSV reader and writer: wide and long tables, variants, damaged files, and a write-read cycle."""
 
 from __future__ import annotations
 
@@ -545,7 +545,7 @@ def test_positions_beside_rotations(tmp_path: Path) -> None:
 
 
 def test_names_and_numbers_without_a_header_are_frames_in_turn(tmp_path: Path) -> None:
-    """Files of KinectGait are of this kind: any name that comes again begins a frame."""
+    """In a table without a header, as KinectGait writes it, a repeated point name begins a new frame."""
     text = "Head;0.4;0.8;2.6\nHip;0.3;0.1;2.5\nHip;0.2;0.1;2.5\nHead;0.4;0.7;2.6\n"
     path = tmp_path / "a.txt"
     path.write_text(text)

@@ -1,4 +1,4 @@
-"""Times of rows become frames: rates, lost rows, decimation, units and the tolerance of printed times."""
+"""Tests of the conversion from time stamps to frames: rates, lost rows, decimation, units and rounded times."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from tests.rejects import rejects
 
 
 def line(k: int) -> str:
-    """Location of a row."""
+    """Return the location of a row for messages."""
     return f"line {k + 1}"
 
 
 def frames(times_s: np.ndarray, declared_hz: float | None = None) -> tuple[list[float], float, int]:
-    """Frame numbers, rate and number of notes."""
+    """Return the frame numbers, the frame rate and the number of notes for the given times."""
     notes: list[str] = []
     numbers, rate = frames_of(times_s, declared_hz, line, notes)
     return numbers.tolist(), rate, len(notes)
@@ -45,7 +45,7 @@ def test_lost_rows_are_missing_frames() -> None:
 
 
 def test_uneven_times_are_interpolated_along_a_parabola() -> None:
-    """Slopes at inner rows are those of a parabola, so inner frames are exact."""
+    """Interpolation at uneven times reproduces a parabola exactly at all inner frames."""
     times = np.array([0.0, 0.9, 2.0, 3.2, 4.0, 5.1, 6.0, 7.0]) / 10.0
     positions = (100.0 * times**2 + 3.0)[:, None, None] * np.array([1.0, -2.0, 0.5])
     resampled, rate = at_equal_intervals(times, positions, 10.0, line, [])

@@ -1,4 +1,4 @@
-"""Tables as Nexus, QTM and Motive export them: their layouts, gaps, cuts and damage."""
+"""Tests of tables that Nexus, QTM and Motive export: layouts, gaps, truncation and damage."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The TRC reader and writer: the contract, the dialects that are about, damage, and the round trip."""
+"""Tests of the TRC reader and writer: variants of the format, damaged files, and a write-read cycle."""
 
 from __future__ import annotations
 
@@ -219,7 +219,7 @@ def test_a_marker_without_a_name_is_called_by_its_place(tmp_path: Path) -> None:
 
 
 def line(times: np.ndarray, rate: str = "0") -> str:
-    """Two markers on parabolas of time."""
+    """Return a TRC file of two markers whose coordinates are linear and quadratic in time."""
     rows = [f"{k}\t{t!r}\t{t!r}\t{t * t!r}\t1\t0\t0\t{-t!r}\n" for k, t in enumerate(times.tolist(), start=1)]
     return made(tuple(rows), rate=rate, frames=str(len(rows)))
 

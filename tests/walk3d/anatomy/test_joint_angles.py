@@ -1,4 +1,4 @@
-"""Joint angles of known poses, and what no change of place, size or heading moves."""
+"""Tests of joint angles for known poses, and of their independence of position, size and heading."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ HANGING = {
 
 
 def pose(**moved: tuple[float, float, float]) -> np.ndarray:
-    """A skeleton that hangs straight down, facing +y, with some joints moved, (15, 3) mm."""
+    """Return a skeleton (15, 3), mm, that hangs straight down and faces +y, with some joints moved."""
     return np.array([{**HANGING, **moved}[name] for name in WALKER15.joints], dtype=float)
 
 
 def degrees(positions: np.ndarray) -> dict[str, list[float]]:
-    """Flexion of the left and the right side by angle, degrees."""
+    """Return the flexion of the left and the right side, degrees, by the name of the joint angle."""
     return dict(zip(JOINT_ANGLES, np.degrees(flexion(positions)).tolist(), strict=True))
 
 

@@ -1,4 +1,4 @@
-"""A walker from outside, by what our people teach: errors as computed one by one, draws of people, and the figure."""
+"""Tests of the errors for a walker outside the data set: errors, resampled people, and the figure."""
 
 from __future__ import annotations
 
@@ -39,7 +39,10 @@ from walk3d.author.errors import (
 
 @pytest.fixture(scope="module")
 def inputs(tmp_path_factory: pytest.TempPathFactory) -> SweepInputs:
-    """Twelve synthetic people, and the made-up walker: two harmonics hold all of it but for some tenths of a mm."""
+    """Return the inputs of the sweep: twelve synthetic people, and a made-up walker in a file.
+
+    Two harmonics contain all of the walker's motion but for some tenths of a mm.
+    """
     results = tmp_path_factory.mktemp("results")
     experiment = compose(["experiment=zhang2007_author", "scale=smoke", f"results={results}", "workers=1"])
     clips, dataset, model = (
@@ -61,7 +64,10 @@ def by_method(rows: pd.DataFrame) -> dict[str, np.ndarray]:
 
 
 def rms(off: np.ndarray, beyond: float = 0.0) -> float:
-    """Root mean square over joints and a cycle of coefficients (5, 15), and of what is beyond them, mm²."""
+    """Return the RMS error, mm, over all joints and one cycle, from Fourier coefficients (5, 15) and a power, mm².
+
+    The power is that beyond the coefficients.
+    """
     return float(np.sqrt((off[0] ** 2 + 0.5 * (off[1:] ** 2).sum(axis=0)).mean() + beyond))
 
 
@@ -74,7 +80,7 @@ def test_the_walker_is_represented_as_the_people_are() -> None:
 
 @pytest.mark.parametrize(("pelvis", "above_mm"), [("measured", 0.0), ("above", 106.0)])
 def test_the_walker_has_the_definitions_of_the_people(pelvis: str, above_mm: float) -> None:
-    """The sweep of the preset follows the option of the dataset: 106 mm for 1500 mm from the ankles to the head."""
+    """The sweep has the dataset's definition of the pelvis, which is 106 mm above the hips for a walker of 1500 mm."""
     sweep = compose(["experiment=zhang2007_author", "scale=smoke", f"dataset.pelvis={pelvis}"]).sweep
     assert isinstance(sweep, AverageWalkerErrors)
     mean = read_walker(WALKER, FourierDataset(pelvis=sweep.pelvis, sternum=sweep.sternum))[0].coefficients[
@@ -137,7 +143,10 @@ GRID = compose(["experiment=zhang2007_author", "scale=smoke"]).sweep.view_angle_
 
 
 def test_draws_spread_as_leaving_people_out_does(inputs: SweepInputs, measured: OutsideErrors) -> None:
-    """The standard deviation over draws of the logarithm is the jackknife's, but for the root of (n - 1) / n."""
+    """The standard deviation of the errors over resampled people agrees with the jackknife estimate.
+
+    The error is compared by its logarithm, and the factor between the two is the root of (n - 1) / n.
+    """
     people = inputs.model.people
     without = []
     for person in range(len(people)):
@@ -155,7 +164,7 @@ def test_draws_spread_as_leaving_people_out_does(inputs: SweepInputs, measured: 
 
 
 def test_a_walker_that_is_one_of_the_people_is_nearly_recovered(inputs: SweepInputs, tmp_path: Path) -> None:
-    """Least squares with as many eigenwalkers as people differ by reproduces one of them."""
+    """Least squares with enough eigenwalkers reproduces a walker who is one of the training people."""
     person = inputs.dataset.coefficients[inputs.model.tested[3]]
     path = tmp_path / "a.mm"
     fourier_walks.write_mm(
@@ -219,7 +228,10 @@ def test_the_caption_names_source_and_terms_and_says_what_map_does(tmp_path: Pat
 
 
 def test_the_authors_walker_by_the_people_of_optical(tmp_path: Path, mocap_mirror: Path) -> None:
-    """Errors as by other code: the printed MAP is worse than the average walker, `anybody` better from 0 to 60°."""
+    """The errors of all methods equal those of independent code.
+
+    MAP is worse than the average walker, and `anybody` is better than the average walker from 0 to 60°.
+    """
     author_file("bmwalker.json")
     options = ["sweep.walker=''", "figure.picture=false", "figure.recording=false", f"results={tmp_path}"]
     experiment = compose(["experiment=zhang2007_author", "data=optical", *options])

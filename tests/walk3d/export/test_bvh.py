@@ -1,4 +1,4 @@
-"""BVH out: read back by the package's reader and by a second one, with channels of position and without them."""
+"""Tests that two readers read the written BVH files, with and without position channels."""
 
 from __future__ import annotations
 
@@ -23,7 +23,10 @@ HZ = 50.0
 
 @pytest.fixture(scope="module")
 def walk() -> np.ndarray:
-    """Two harmonics of a walk that goes on, (T, 15, 3) mm, y up: limbs are of nearly constant length."""
+    """Return the joints (T, 15, 3), mm, of a walker who moves forwards, with two harmonics and y upwards.
+
+    The limbs have nearly constant length.
+    """
     output = walkers.walking_population(
         np.random.default_rng(3), male=1, female=0, duration_s=3.0, frame_rate_hz=HZ
     )
@@ -35,7 +38,7 @@ def walk() -> np.ndarray:
 
 
 def second_reader(path: Path, names: tuple[str, ...], **options: bool) -> np.ndarray:
-    """Positions (T, P, 3), mm, by the second reader."""
+    """Return the positions (T, P, 3), mm, that the second reader reads."""
     result, seconds = independent.read(path, **options)
     assert seconds == pytest.approx(1 / HZ)
     return np.swapaxes([result[name] for name in names], 0, 1) * 10.0

@@ -1,4 +1,4 @@
-"""A walker as a character: one root, rotations alone, a T-pose at rest, feet; and read again as its names are known."""
+"""Tests of characters for animation: one root, rotations only, a T-pose at rest, feet, and recognised names."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ J = {joint: j for j, joint in enumerate(WALKER15.joints)}
 
 @pytest.fixture(scope="module")
 def walk() -> np.ndarray:
-    """A walk along z, y up, (T, 15, 3) mm."""
+    """Return a walk (T, 15, 3), mm, along z with y up."""
     output = walkers.walking_population(
         np.random.default_rng(3), male=1, female=0, duration_s=3.0, frame_rate_hz=HZ
     )
@@ -35,7 +35,7 @@ def walk() -> np.ndarray:
 
 
 def written(walk: np.ndarray, names: Names, path: Path) -> Path:
-    """A file of the character."""
+    """Write the character of a walk to a BVH file, and return its path."""
     output = character(walk, names)
     write_bvh(path, output.names, output.positions, HZ, output.parents, output.rest)
     return path

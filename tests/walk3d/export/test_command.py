@@ -1,4 +1,4 @@
-"""Motion out and in again: every format gives back what was written, by our readers and by ezc3d."""
+"""Tests that the package's readers and ezc3d read the exported motion from files of every format."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ TO_OPENSIM = np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]])
 
 @pytest.fixture(scope="module")
 def walk() -> np.ndarray:
-    """One walker on a treadmill, (T, 15, 3) mm."""
+    """Return the walk of one walker on a treadmill (T, 15, 3), mm."""
     output = walkers.walking_population(
         np.random.default_rng(3), male=1, female=1, duration_s=3.0, frame_rate_hz=HZ
     )
@@ -38,7 +38,7 @@ def walk() -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def figure(walk: np.ndarray, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder as a figure leaves it: one walker, whose head was estimated, seen from 30 degrees."""
+    """Return the folder of a figure with one walker, seen from 30 degrees, whose head was estimated."""
     folder = tmp_path_factory.mktemp("figure")
     series = fourier.represent(walk, HZ)
     angle = np.radians(30)
@@ -172,7 +172,10 @@ def test_more_frames_than_a_counter_of_16_bits_holds(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["b.c3d", "b.trc", "b.bvh", "b.csv", "b.npz"])
 def test_a_reconstruction_alone_is_a_walk_again(figure: Path, tmp_path: Path, name: str) -> None:
-    """Its joints bear the name of the method; the one that was estimated does not count as measured."""
+    """An exported reconstruction is recognised as a walk.
+
+    The names of its joints end in the method, and the estimated joint does not count as measured.
+    """
     export([str(figure), f"to={tmp_path / name}", "motion=reconstructed", "cycles=4"])
     (result,) = inspect([str(tmp_path / name)])
     assert result.mapping == "walker15"
@@ -181,7 +184,10 @@ def test_a_reconstruction_alone_is_a_walk_again(figure: Path, tmp_path: Path, na
 
 
 def test_joints_that_another_program_has_written_again(walk: np.ndarray, tmp_path: Path) -> None:
-    """Numbers of stretches have become 0.0; without times there is no rate."""
+    """A table of joints that another program wrote again is read, and is rejected without valid times.
+
+    The numbers of stretches have become 0.0 in this table.
+    """
     (tmp_path / "summary.json").write_text(json.dumps({"verdict": "walk", "stretches": [{"strides": 2.0}]}))
     for rate in (HZ, np.inf):
         rows = [[0.0, frame / rate, *joint] for frame, joints in enumerate(walk) for joint in joints]
@@ -195,7 +201,7 @@ def test_joints_that_another_program_has_written_again(walk: np.ndarray, tmp_pat
 
 @pytest.mark.parametrize("name", ["b.c3d", "b.trc", "b.bvh", "b.csv", "wide.csv", "b.npz"])
 def test_what_is_exported_is_a_walk_again(walk: np.ndarray, tmp_path: Path, name: str) -> None:
-    """With ``skeleton=auto``, whichever axis the format has up."""
+    """An exported recording is recognised as a walk with ``skeleton=auto``, with either axis upwards."""
     trc.write(tmp_path / "a.trc", WALKER15.joints, walk, HZ)
     options = ["layout=wide"] if name == "wide.csv" else []
     export([str(tmp_path / "a.trc"), "skeleton=auto", f"to={tmp_path / name}", *options])

@@ -1,4 +1,4 @@
-"""Our players on the page over all figures: the anatomical method, joint angles, and one's own walk in the browser."""
+"""Tests of the players on the page of all figures: anatomical method, joint angles, and a user's own walk."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ ALL_METHODS = "sweep.methods=[least_squares,map,anatomical]"
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Figures 4, 5 and joint angles of zhang2007 at smoke scale, by every method."""
+    """Return the folder of figures 4, 5 and joint angles of zhang2007, with all methods at the smoke scale."""
     results = tmp_path_factory.mktemp("results")
     position = results / "synthetic" / "smoke"
     store = Store(results)
@@ -83,7 +83,7 @@ def test_back_to_the_paper_from_our_method(folder: Path, browser: str, tmp_path:
 
 
 def bars_of_the_middle_walker(folder: Path) -> tuple[float, float]:
-    """Mean half width of the anatomical method's 95 % bars from 30 degrees, mm, and the share that they cover."""
+    """Return the mean half width, mm, and the coverage of the anatomical method's 95 % error bars at 30 degrees."""
     figure = read_published(folder, FIGURES).figures["zhang2007_fig5"]
     walkers = figure.arrays["samples"].reshape(-1, 5, 15, 3)
     middle = len(walkers) // 2

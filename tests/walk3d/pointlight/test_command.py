@@ -1,4 +1,4 @@
-"""The command `pointlight`: from whatever walks, into every format; and walkers of a figure from any view."""
+"""Tests of the command `pointlight` with every source of walks, every output format, and every view."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ ROOT = Path(__file__).resolve().parents[3]
 
 @pytest.fixture(scope="module")
 def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A person without a head, over the ground."""
+    """Return a recording of a person who walks over the ground, without the joint of the head."""
     output = walkers.walking_population(
         np.random.default_rng(3), male=1, female=1, duration_s=4.0, frame_rate_hz=60
     )
@@ -46,7 +46,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def figure(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """zhang2007_fig5 of few people."""
+    """Return the folder of the figure zhang2007_fig5 for few people."""
     results = tmp_path_factory.mktemp("results")
     options = ["experiment=zhang2007_fig5", "scale=smoke", f"results={results}", "workers=1"]
     assert make_all([*options, "figure.picture=false", "figure.recording=false"]) == 0
@@ -100,7 +100,7 @@ def test_a_recording_translates_at_its_own_speed(recording: Path, tmp_path: Path
 
 
 def test_walkers_of_a_figure_from_any_view(figure: Path, tmp_path: Path) -> None:
-    """The model of the fold, learnt again, gives the demonstrations that the figure holds, to rounding."""
+    """The model that is trained again for a figure's walker reproduces the reconstructions in the figure."""
     result = FigureWalkers(figure)
     with np.load(figure / "arrays.npz", allow_pickle=False) as arrays:
         names, views = arrays["walker"].tolist(), arrays["demonstration_view_deg"].tolist()
@@ -189,7 +189,7 @@ sys.modules["psychopy"] = made
 
 
 def test_the_loop_in_the_documentation_runs(tmp_path: Path) -> None:
-    """With the four things of PsychoPy that it needs in place of PsychoPy."""
+    """The script in the documentation runs with a replacement for the four parts of PsychoPy that it uses."""
     page = (ROOT / "docs" / "pointlight.md").read_text(encoding="utf-8")
     (loop,) = re.findall(r"```py\n(import csv\n.*?)```", page, re.DOTALL)
     assert len(loop.strip().splitlines()) <= 20
@@ -198,7 +198,7 @@ def test_the_loop_in_the_documentation_runs(tmp_path: Path) -> None:
 
 
 def test_a_browser_shows_the_svg(tmp_path: Path) -> None:
-    """Half a cycle on, dots are where the table has them."""
+    """In a browser, half a cycle after the start, the dots of the SVG are at the positions of the table."""
     browser = shutil.which("chromium") or shutil.which("google-chrome")
     if browser is None:
         pytest.skip("needs Chromium")
@@ -231,7 +231,7 @@ def test_a_browser_shows_the_svg(tmp_path: Path) -> None:
 
 @pytest.fixture
 def author(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A mirror with a made-up average walker, and a table that lists it."""
+    """Return a folder whose mirror of recordings contains a made-up average walker, and a table that lists its file."""
     text = "// Copyright … and Nikolaus Troje\n" + made_up_walker.javascript()
     shelf, start = tmp_path / "shelf" / "author", tmp_path / "here"
     shelf.mkdir(parents=True)

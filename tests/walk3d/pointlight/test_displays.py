@@ -1,4 +1,4 @@
-"""Point-light displays by what must hold of them, whatever the walker."""
+"""Tests of properties that point-light displays have for every walker."""
 
 from __future__ import annotations
 
@@ -46,7 +46,10 @@ def test_a_view_shows_the_walker(series: tuple[np.ndarray, float]) -> None:
 
 
 def test_a_walker_who_translates_leaves_no_foot_behind(series: tuple[np.ndarray, float]) -> None:
-    """Over the ground the lower foot hardly moves: less than a quarter of the walker's speed in the median."""
+    """The lower foot of a walker who moves over the ground is nearly at rest.
+
+    Its median speed is less than a quarter of the walker's speed.
+    """
     coefficients, stride = series
     speed = pointlight.walking_speed(coefficients, stride)
     moving = pointlight.walker(

@@ -1,4 +1,4 @@
-"""Error bars: standard deviations of positions at instants, and factors calibrated on other people.
+"""Standard deviations of reconstructed positions, and multipliers of error bars learnt from the errors of other people.
 
 Symbols
 -------
@@ -22,7 +22,7 @@ GROUPS = {
     "knee": ("left_knee", "right_knee"),
     "ankle": ("left_ankle", "right_ankle"),
 }
-"""Groups of joints whose errors are similar."""
+"""Groups of joints with similar errors; the joints of a group share the multipliers of their error bars."""
 
 GROUP_OF_JOINT = np.array(
     [next(n for n, names in enumerate(GROUPS.values()) if joint in names) for joint in WALKER15.joints]
@@ -31,13 +31,13 @@ GROUP_OF_JOINT = np.array(
 
 
 def at_instants(coefficients: np.ndarray, phases: int) -> np.ndarray:
-    """Return positions (…, K) at K equally spaced phases, from coefficients (…, 1 + 2H)."""
+    """Return coordinates (…, K) at K equally spaced phases of the cycle, from Fourier coefficients (…, 1 + 2H)."""
     basis = fourier.cycle_basis(fourier.equal_phases(phases), coefficients.shape[-1])
     return coefficients @ basis.T
 
 
 def deviation_at_instants(covariance: np.ndarray, blocks: int, phases: int) -> np.ndarray:
-    """Return standard deviations (…, U / B, K) at K instants, from the coefficients' covariance (…, U, U).
+    """Return standard deviations (…, U / B, K) of coordinates at K phases, from the coefficients' covariance (…, U, U).
 
     The B coefficients of a coordinate are adjacent.
     """
@@ -51,7 +51,7 @@ def deviation_at_instants(covariance: np.ndarray, blocks: int, phases: int) -> n
 def multipliers_without(
     z: np.ndarray, groups: np.ndarray, levels: np.ndarray, *, alike: np.ndarray | None = None
 ) -> np.ndarray:
-    """Return the factors (P, G, L) that scale each person's error bars.
+    """Return multipliers (P, G, L) of error bars for each of P people, G groups of joints and L levels.
 
     The factors are learnt from the absolute standardised errors |z| of all other people.
 

@@ -1,4 +1,4 @@
-"""Gaussian conditional of the missing coefficients given the observed ones, without bone lengths.
+"""Gaussian distribution of a walker's unknown coefficients given the observed ones, without bone-length constraints.
 
 Symbols
 -------
@@ -28,7 +28,7 @@ from walk3d.anatomy.prior.prior import JOINTS, Prior, image_axes
 
 @dataclass(frozen=True, kw_only=True)
 class Noise:
-    """Noise of the observed coefficients.
+    """Noise model of the observed Fourier coefficients of a walker.
 
     Attributes
     ----------
@@ -48,13 +48,14 @@ class Noise:
     slow: float = 0.0
 
     def floor(self, blocks: int) -> np.ndarray:
-        """Return the variance (1 + 2H,), mm², that bias and slow error add to the coefficients of a joint."""
+        """Return the variances (1 + 2H,), mm², that constant and periodic detector errors add to a joint's
+        coefficients."""
         harmonics = max(blocks // 2, 1)
         return np.concatenate([[self.bias**2], np.full(blocks - 1, self.slow**2 / harmonics)])
 
 
 def unknown_coefficients(hidden: np.ndarray, blocks: int) -> np.ndarray:
-    """Return the mask (45 B,), ordered by joint, image axis and block, of coefficients that a view does not show."""
+    """Return the mask (45 B,) of coefficients that a view does not show, by joint, image axis and harmonic."""
     unknown = np.zeros((JOINTS, 3, blocks), bool)
     unknown[:, 2] = True
     unknown[hidden] = True
@@ -62,7 +63,7 @@ def unknown_coefficients(hidden: np.ndarray, blocks: int) -> np.ndarray:
 
 
 NOTHING_HIDDEN = np.zeros(JOINTS, bool)
-"""Mask (15,) of hidden joints, in which no joint is hidden."""
+"""Mask (15,) that marks no joint as hidden."""
 
 
 def inverse(matrix: np.ndarray) -> np.ndarray:
@@ -71,7 +72,7 @@ def inverse(matrix: np.ndarray) -> np.ndarray:
     if failed:
         raise InvalidInput(
             "the covariance of the unknown coefficients is not positive definite",
-            expected="tau above 0",
+            expected="a variance tau above 0 in directions without training walks",
             code="not_positive_definite",
         )
     half, _ = lapack.dpotri(factor, lower=1, overwrite_c=1)
@@ -82,7 +83,7 @@ def inverse(matrix: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class HeightsSeen:
-    """Prior given the vertical coordinates of the visible joints, which are the same in every view.
+    """Prior of a walker, conditioned on the vertical coordinates of the visible joints, which every view shows.
 
     Each view then needs a system of half the size, for the remaining R coefficients.  They are ordered by axis: x and y
     of all joints, n = 15 B each, then the vertical of hidden joints.
@@ -109,7 +110,7 @@ class HeightsSeen:
     covariance: np.ndarray
 
     def from_views(self, view_angles_rad: np.ndarray) -> Conditional:
-        """Return the conditional of the unknown coefficients for A views."""
+        """Return the Gaussian distribution of the unknown coefficients given the observed ones, for A views."""
         mean, blocks = self.prior.mean, self.prior.mean.shape[-1]
         axes, n, hidden = image_axes(view_angles_rad), JOINTS * blocks, self.hidden
         views, visible = len(axes), np.repeat(~hidden, blocks)
@@ -158,7 +159,7 @@ class HeightsSeen:
 
 @dataclass(frozen=True)
 class Conditional:
-    """Gaussian conditional of the unknown coefficients, for A views of one prior.
+    """Gaussian distribution of a walker's unknown coefficients given the observed ones, for A views of one prior.
 
     Attributes
     ----------
@@ -192,7 +193,7 @@ class Conditional:
 
     @cached_property
     def covariance(self) -> np.ndarray:
-        """Conditional covariances Sigma (A, U, U), mm²."""
+        """Covariances Sigma (A, U, U), mm², of the unknown coefficients given the observed ones, for A views."""
         covariances = self.before.copy()
         for sigma, factor, crossed in zip(covariances, self.factor, self.crossed, strict=True):
             white, _ = lapack.dtrtrs(factor, crossed.T, lower=1)
@@ -201,11 +202,12 @@ class Conditional:
 
     @cached_property
     def precision(self) -> np.ndarray:
-        """Inverses (A, U, U) of the conditional covariances, mm⁻²."""
+        """Inverses (A, U, U), mm⁻², of the covariances of the unknown coefficients given the observed ones."""
         return np.stack([inverse(covariance) for covariance in self.covariance])
 
     def expect(self, observed: np.ndarray) -> np.ndarray:
-        """Return the conditional means mu (A, M, U), mm, given the observed coefficients (A, M, O) of M walkers."""
+        """Return the expected unknown coefficients mu (A, M, U), mm, given observed coefficients (A, M, O) of M
+        walkers."""
         _, off, expected = self._given_heights(observed)
         expected += self.mean[:, None, self.unknown]
         for mean, factor, crossed, of_view in zip(expected, self.factor, self.crossed, off, strict=True):
@@ -213,7 +215,8 @@ class Conditional:
         return expected
 
     def cost(self, observed: np.ndarray) -> np.ndarray:
-        """Return -2 log p (A, M), up to a constant, of observed coefficients (M, O) that are the same in every view."""
+        """Return twice the negative log likelihood (A, M) of A views, up to a constant, given observed coefficients (M,
+        O)."""
         heights, off, _ = self._given_heights(observed[None])
         terms = []
         for factor, values in ((self.heights.factor, heights[0]), *zip(self.factor, off, strict=True)):
@@ -222,7 +225,10 @@ class Conditional:
         return np.stack(terms[1:]) + terms[0]
 
     def _given_heights(self, observed: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return vertical deviations, deviations across given the vertical, and expected unknown deviations.
+        """Return the deviations of observed coefficients from their expectation, and the expected unknown deviations.
+
+        In order: vertical deviations, horizontal deviations given the vertical ones, and the deviations of the unknown
+        coefficients that are expected given the vertical ones.
 
         `observed` is (A, M, O), or (1, M, O) for the same coefficients in every view.
         """
@@ -246,12 +252,12 @@ class Conditional:
 def condition(
     prior: Prior, view_angles_rad: np.ndarray, *, noise: Noise, hidden: np.ndarray = NOTHING_HIDDEN
 ) -> Conditional:
-    """Return the conditional of the unknown coefficients for A views of a prior."""
+    """Return the Gaussian distribution of the unknown coefficients given the observed ones, for A views."""
     return heights_seen(prior, noise=noise, hidden=hidden).from_views(view_angles_rad)
 
 
 def heights_seen(prior: Prior, *, noise: Noise, hidden: np.ndarray = NOTHING_HIDDEN) -> HeightsSeen:
-    """Return the prior given the vertical coordinates of the visible joints.
+    """Return the prior of a walker, conditioned on the vertical coordinates of the visible joints.
 
     Parameters
     ----------
@@ -286,12 +292,12 @@ def heights_seen(prior: Prior, *, noise: Noise, hidden: np.ndarray = NOTHING_HID
 
 
 def _factorise(covariance: np.ndarray) -> None:
-    """Overwrite a covariance with its upper Cholesky factor, the transpose of the lower factor."""
+    """Overwrite a covariance matrix with its upper Cholesky factor."""
     _, failed = lapack.dpotrf(covariance.T, lower=1, overwrite_a=1)
     if failed:
         raise InvalidInput(
             "the covariance of the observed coefficients is singular",
-            expected="a noise variance or tau above 0",
+            expected="a noise variance sigma² above 0, or a variance tau above 0 in directions without training walks",
             code="no_variance",
         )
 
@@ -305,7 +311,9 @@ def expect_from_walks(
     unknown: np.ndarray,
     noise_variances: Sequence[float],
 ) -> np.ndarray:
-    """Return the means mu (S, A, M, U), mm, of M walkers in A views for S noise variances, from N walks.
+    """Return the expected unknown coefficients (S, A, M, U), mm, of M walkers in A views for S noise variances.
+
+    The prior has the sample covariance of N training walks.
 
     Parameters
     ----------
@@ -341,7 +349,7 @@ def expect_from_walks(
             _, shares, failed = lapack.dposv(matrix.T, right, lower=1, overwrite_a=1)
             if failed:
                 raise InvalidInput(
-                    "linearly dependent walks need a larger noise variance",
+                    "the training walks are linearly dependent and need a larger noise variance",
                     expected="a larger sigma²",
                     code="too_little_noise",
                 )

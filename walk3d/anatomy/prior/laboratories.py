@@ -1,4 +1,4 @@
-"""Prior for a laboratory outside the training data, with other joint definitions and body sizes.
+"""Prior for walkers of a laboratory outside the training data, which may differ in joint definitions and body sizes.
 
 Symbols
 -------
@@ -31,9 +31,9 @@ from walk3d.anatomy.prior.bars import GROUP_OF_JOINT, GROUPS
 from walk3d.anatomy.prior.prior import JOINTS, Prior, by_joint
 
 ASSUMED_CONTRASTS = 4.0
-"""Weight of the assumed differences, expressed as a number of contrasts between laboratories."""
+"""Weight of the assumed differences between laboratories, as an equivalent number of observed differences."""
 COMMON = 0.5
-"""Share of a laboratory's difference L that all its people have in common.
+"""Share of the difference between laboratories that all people of one laboratory have in common.
 
 The rest varies between people with the placement of markers.
 """
@@ -43,7 +43,7 @@ _OUTWARDS = np.array([-1.0 if joint.startswith("left") else 1.0 for joint in WAL
 
 @dataclass(frozen=True, kw_only=True)
 class Differences:
-    """Differences between two laboratories.
+    """Standard deviations of the differences between two laboratories in joint positions and in body size.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class Differences:
 
 
 def concentration(weights: np.ndarray, laboratories: np.ndarray) -> float:
-    """Return the sum of the squared weights of laboratories, the inverse of their effective number.
+    """Return the sum of the squared weights of laboratories, which is the inverse of their effective number.
 
     Examples
     --------
@@ -71,7 +71,7 @@ def concentration(weights: np.ndarray, laboratories: np.ndarray) -> float:
 
 
 def definitions(differences: Differences = Differences(), *, across: bool = True) -> np.ndarray:
-    """Return the covariance (15, 3, 15, 3) of joint offsets between two laboratories, mm².
+    """Return the covariance (15, 3, 15, 3), mm², of the offsets of joints between two laboratories.
 
     The offsets of the left and the right side are mirror images.
 
@@ -162,7 +162,10 @@ def learn_differences(
     offset = of_person - size[:, None, None] * average
 
     def deviation_of(values: np.ndarray, before: float) -> float:
-        """Return the standard deviation of the difference between laboratories, pooled over n columns (P, n)."""
+        """Return the standard deviation of the difference between laboratories in n quantities of P people.
+
+        The values are (P, n), and the standard deviation is pooled over the n quantities.
+        """
         means = np.stack([values[laboratory == number].mean(axis=0) for number in range(len(names))])
         sampling = ((values - means[laboratory]) ** 2).sum(axis=0).mean() / (len(who) - len(names)) / counts
         reliability = 0.5 * before**2 / np.maximum(0.5 * before**2 + sampling, np.finfo(float).tiny)

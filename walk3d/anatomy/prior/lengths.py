@@ -1,4 +1,4 @@
-"""Most probable unknown coefficients, given the conditional and bones of constant and symmetric length.
+"""Most probable unknown coefficients of a walker whose bones have constant and symmetric length.
 
 Symbols
 -------
@@ -28,21 +28,25 @@ from walk3d.anatomy.prior.conditional import Conditional, inverse
 from walk3d.anatomy.prior.prior import BONES, JOINTS, PAIRS, PHASES, Prior
 
 MIN_VARIANCE = 1.0
-"""Smallest variance of a bone's length, mm², for models whose bones are exactly constant."""
+"""Minimum variance of a bone's length, mm², for recordings in which bones have exactly constant length."""
 TURNING = 0.1
-"""Variance of a bone's length within the cycle, relative to the variance of fixed offsets of its two joints.
+"""Variance of a bone's length within the cycle that offsets of its two joints cause, relative to the offsets' variance.
 
-The bone turns by about 25 degrees either way; the value is twice the variance of the cosine between offset and bone."""
+The bone turns by about 25 degrees either way; the value is twice the variance of the cosine between offset and bone.
+"""
 STEP_MM = 5e-3
-"""Largest change of a coefficient, mm, in the last Newton step.
+"""Change of the Fourier coefficients, mm, below which the Newton iteration has converged.
 
 The remaining error is of the order of the square of this change.
 """
 GAUSS_NEWTON_STEPS = 3
-"""Number of Gauss-Newton steps at the start; later steps also use the curvature of the bone lengths."""
+"""Number of Gauss-Newton steps before the Newton steps with exact second derivatives."""
 MAX_STEPS = 60
 MAX_HALVINGS = 12
-"""Largest number of times that a step is halved; `MAX_STEPS` is the largest number of steps."""
+"""Maximum number of times that a Newton step is halved until the cost falls.
+
+`MAX_STEPS` is the maximum number of steps.
+"""
 _ROUNDING_TOLERANCE = 1e-12
 """Relative increase of the cost J that counts as rounding error."""
 
@@ -50,15 +54,15 @@ _ROUNDING_TOLERANCE = 1e-12
 ENDS = np.eye(JOINTS)[BONES[:, 1]] - np.eye(JOINTS)[BONES[:, 0]]
 """Matrix (16, 15) from joint positions to bone vectors: end minus start."""
 SIDES = np.eye(len(BONES))[PAIRS[:, 0]] - np.eye(len(BONES))[PAIRS[:, 1]]
-"""Matrix (P, 16) from bone lengths to differences within pairs: left minus right."""
+"""Matrix (P, 16) that subtracts the length of the right bone from that of the left bone, for each of P pairs."""
 _LEVERS = np.stack([np.outer(ENDS[a], np.eye(len(BONES))[a]) for a in range(len(BONES))])
 _LEVERS = (_LEVERS[PAIRS[:, 0]] - _LEVERS[PAIRS[:, 1]]).reshape(-1, len(BONES))
-"""Matrix (15 P, 16) from derivatives of bones to derivatives of left minus right mean lengths."""
+"""Matrix (15 P, 16) that maps gradients of bone lengths to gradients of the left-right differences of P pairs."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Tolerances:
-    """Tolerances for changes of a bone's length, and for differences between left and right bones.
+    """Tolerances, mm, of changes of bone lengths within the cycle, and of left-right differences of bone lengths.
 
     Attributes
     ----------
@@ -75,7 +79,7 @@ class Tolerances:
 def tolerances(
     prior: Prior, *, within: float = 1.5, pairs: float = 2.0, bias: float = 0.0, slow: float = 0.0
 ) -> Tolerances:
-    """Return the tolerances of a prior's bones, widened by factors and by detector errors.
+    """Return the tolerances of bone lengths from a prior's variances, widened by factors and by detector errors.
 
     Parameters
     ----------
@@ -113,7 +117,7 @@ class Posterior:
 
 
 class Lengths:
-    """Length terms of the cost J and their derivatives, for n observations with the same visible joints.
+    """Bone-length terms of the cost J, and their derivatives, for n observed walks with the same visible joints.
 
     Parameters
     ----------
@@ -149,12 +153,15 @@ class Lengths:
         self._pair_weight = np.broadcast_to(1.0 / limits.pairs**2, (n, len(PAIRS)))
 
     def _along(self, walkers: np.ndarray) -> np.ndarray:
-        """Return bone vectors (n, 16, a, K) at K phases along a axes, from coefficients (n, 15, a, B)."""
+        """Return bone vectors (n, 16, a, K) along `a` axes at K phases, from coefficients (n, 15, a, B) of joints."""
         bones = ENDS @ walkers.reshape(len(walkers), JOINTS, -1)
         return bones.reshape(len(walkers), len(BONES), -1, self._blocks) @ self._basis.T
 
     def _length_terms(self, u: np.ndarray, which: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Return length terms (m,), bone directions (m, 16, a, K), bone lengths (m, 16, K) and half the derivatives.
+        """Return the bone-length terms (m,) of the cost J, bone directions, bone lengths, and half the derivatives.
+
+        The directions are (m, 16, a, K), and the lengths are (m, 16, K).  The derivatives (m, 16, K) are those of the
+        terms with respect to the bone lengths.
 
         The derivatives (m, 16, K) are those of the terms with respect to the bone lengths.
         """
@@ -170,7 +177,7 @@ class Lengths:
         return cost, along / length[:, :, None], length, pull
 
     def slope(self, u: np.ndarray, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the length terms (m,) at the unknowns (m, U) of selected observations, and half their gradient.
+        """Return the bone-length terms (m,) of the cost J for m selected walks, and half their gradient (m, U).
 
         `which` has the indices (m,) of the observations; the gradient has the shape (m, U).
         """
@@ -179,7 +186,7 @@ class Lengths:
         return cost, (ENDS.T @ of_bones.reshape(len(u), len(BONES), -1)).reshape(len(u), -1)[:, self._rows]
 
     def matrix(self, u: np.ndarray, which: np.ndarray, *, exact: bool = False) -> np.ndarray:
-        """Return half the second derivatives (m, U, U) of the length terms.
+        """Return half the second derivatives (m, U, U) of the bone-length terms of the cost J, for m selected walks.
 
         They are those of Gauss-Newton, or exact, with the curvature of the lengths.
         """
@@ -245,7 +252,7 @@ def fit_lengths(
     expected = conditional.expect(observed).reshape(n, -1)
 
     def slope(u: np.ndarray, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the cost J and half its gradient."""
+        """Return the cost J of the selected walks, and half its gradient with respect to the unknown coefficients."""
         off = u - expected[which]
         pull = np.empty_like(off)
         ends = np.searchsorted(of_view[which], np.arange(views + 1))  # rows of a view are adjacent
@@ -306,7 +313,7 @@ def fit_lengths(
 
 
 def _solve(matrix: np.ndarray, right: np.ndarray) -> Any:
-    """Return the solution of a linear system, or None if its matrix is not positive definite.
+    """Return the solution x of ``matrix @ x = right``, or None if the matrix is not positive definite.
 
     The matrix is overwritten.
     """

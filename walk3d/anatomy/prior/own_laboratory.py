@@ -35,7 +35,7 @@ def height_mm(walker: np.ndarray) -> float:
 
 
 def scaled(prior: Prior, ratio: float) -> Prior:
-    """Return the prior of people who are `ratio` times as tall as those of a prior."""
+    """Return a prior rescaled to people who are `ratio` times as tall."""
     square = ratio**2
     return replace(
         prior,
@@ -47,7 +47,7 @@ def scaled(prior: Prior, ratio: float) -> Prior:
 
 
 def truncated(prior: Prior, blocks: int) -> Prior:
-    """Return the prior of the first `blocks` Fourier coefficients of each coordinate."""
+    """Return the prior with only the first `blocks` Fourier coefficients of each coordinate."""
     covariance = np.ascontiguousarray(prior.covariance[:, :, :blocks, :, :, :blocks])
     return replace(prior, mean=prior.mean[..., :blocks], covariance=covariance)
 
@@ -73,7 +73,7 @@ class Learnt:
 def calibrated(
     learnt: Learnt, walker_mm: float, known: Sequence[np.ndarray], heights_mm: Sequence[float]
 ) -> Prior:
-    """Return the prior for a walker of a laboratory in which the walks of some people are known.
+    """Return the prior for the laboratory of a walker, calibrated on the 3D walks of a few people recorded there.
 
     Parameters
     ----------

@@ -40,7 +40,7 @@ PAIRS = _pairs()
 
 @dataclass(frozen=True, kw_only=True)
 class Shrinkage:
-    """Shrinkage of the sample covariance, which few people require.
+    """Options of the shrinkage of the walkers' sample covariance.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class Shrinkage:
 
 @shortened
 class Prior:
-    """Mean and covariance of walkers, and the variation of bone lengths.
+    """Prior of a walker: mean and covariance of the Fourier coefficients, and variances of bone lengths.
 
     Attributes
     ----------
@@ -92,17 +92,17 @@ class Prior:
 
 
 def by_joint(coefficients: np.ndarray) -> np.ndarray:
-    """Return Fourier coefficients ordered by joint, (…, 15, S, 1 + 2H), of representations (…, 1 + 2H, 15, S)."""
+    """Return Fourier coefficients (…, 1 + 2H, 15, S) in the order (…, 15, S, 1 + 2H), with the coefficients last."""
     return np.ascontiguousarray(np.moveaxis(coefficients, -3, -1))
 
 
 def by_block(walkers: np.ndarray) -> np.ndarray:
-    """Return Fourier representations (…, 1 + 2H, 15, S) of coefficients ordered by joint; inverse of `by_joint`."""
+    """Return Fourier coefficients (…, 15, S, 1 + 2H) in the order (…, 1 + 2H, 15, S); inverse of `by_joint`."""
     return np.ascontiguousarray(np.moveaxis(walkers, -1, -3))
 
 
 def mirror_image(walkers: np.ndarray) -> np.ndarray:
-    """Return mirror images of walkers (…, 15, S, B): left and right are exchanged, half a cycle later."""
+    """Return mirror images of walkers (…, 15, S, B), with left and right exchanged and shifted by half a cycle."""
     return by_joint(fourier.mirrored(by_block(walkers)))
 
 
@@ -119,7 +119,7 @@ def person_weights(people: np.ndarray) -> np.ndarray:
 
 
 class Walks:
-    """Training walks (R, 1 + 2H, 15, 3), mm. Quantities that all selections of walks share are computed once.
+    """Training walks (R, 1 + 2H, 15, 3), mm, from which priors of any selection of the walks are learnt.
 
     Raises
     ------
@@ -137,7 +137,7 @@ class Walks:
         self._asymmetry = (length[..., PAIRS[:, 0]] - length[..., PAIRS[:, 1]]) ** 2
 
     def centred(self, some: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the weighted mean (45 B,) of selected walks, the scaled deviations from it, and the weights (N,).
+        """Return the weighted mean (45 B,) of the selected walks, their scaled deviations from it, and weights (N,).
 
         The deviations are rows (N, 45 B) with ``S = rows^T rows``.
 
@@ -153,7 +153,7 @@ class Walks:
         return mean, rows, w
 
     def fit(self, some: np.ndarray, weights: np.ndarray, shrinkage: Shrinkage) -> Prior:
-        """Return the prior of the walks with the indices (n,) and the weights (n,), see `centred`."""
+        """Return the prior that is learnt from the walks with the given indices (n,) and weights (n,)."""
         blocks = self._blocks
         mean, rows, w = self.centred(some, weights)
         C = structured_covariance(rows.T @ rows, blocks, shrinkage)
@@ -175,7 +175,7 @@ def fit(coefficients: np.ndarray, weights: np.ndarray, shrinkage: Shrinkage) -> 
 
 
 def within_harmonics(covariance: np.ndarray, blocks: int) -> np.ndarray:
-    """Return T of a covariance (n, n): its part within each harmonic, with equal sine and cosine blocks.
+    """Return the part of a covariance (n, n) that lies within each harmonic, with equal blocks for sine and cosine.
 
     Both blocks are the mean of the sine and the cosine block; all other blocks are zero.
     """
@@ -195,7 +195,7 @@ def _add_within_harmonics(target: np.ndarray, covariance: np.ndarray, blocks: in
 
 
 def structured_covariance(covariance: np.ndarray, blocks: int, shrinkage: Shrinkage) -> np.ndarray:
-    """Return the covariance C (n, n) that results from shrinking a sample covariance S (n, n).
+    """Return the shrunken covariance C (n, n) of a sample covariance S (n, n).
 
     The coefficients of a coordinate, `blocks` of them, are adjacent.
     """
@@ -208,7 +208,7 @@ def structured_covariance(covariance: np.ndarray, blocks: int, shrinkage: Shrink
 
 
 def conditioned_on_rows(prior: Prior, rows: np.ndarray, variances: np.ndarray) -> Prior:
-    """Return a prior in which linear functionals are constrained to their values for the mean walker.
+    """Return the prior under the constraint that linear functions of the coefficients have the mean walker's values.
 
     Parameters
     ----------
@@ -241,7 +241,7 @@ def bone_lengths(walkers: np.ndarray) -> np.ndarray:
 
 
 def image_axes(view_angles_rad: np.ndarray) -> np.ndarray:
-    """Return rotations (A, 3, 3) from the walker's axes to the image axes across, up and away.
+    """Return rotations (A, 3, 3) from the walker's axes to the image axes of A views: across, up and away.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Linear constraint that a foot on the ground moves with the treadmill's belt, as a part of the prior.
+"""Linear constraint on the prior: a foot in stance moves backwards with the treadmill's belt.
 
 Symbols
 -------
@@ -17,13 +17,16 @@ from pipeline.skeleton import ANKLES
 from walk3d.anatomy.prior.prior import JOINTS, PHASES, Prior, by_joint, conditioned_on_rows
 
 STANCE_PHASES = 8
-"""Number of phases in stance, 40 % of the cycle: those in which the ankle moves backwards fastest."""
+"""Number of phases of the cycle that count as stance of one foot, 40 % of the cycle.
+
+They are the phases in which the ankle moves backwards fastest.
+"""
 _MIN_VARIANCE = 25.0
-"""Smallest variance of a stance functional, (mm per radian)²."""
+"""Minimum variance that the stance constraint allows an ankle's velocity, (mm per radian of phase)²."""
 
 
 def stance_rows(mean: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return functionals that are near zero if standing feet move with the ground, and the ground's speed.
+    """Return linear functions that are zero if feet in stance move with the ground, and one for the ground's speed.
 
     Parameters
     ----------
@@ -51,7 +54,7 @@ def stance_rows(mean: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def with_stance(prior: Prior, coefficients: np.ndarray, weights: np.ndarray, *, share: float) -> Prior:
-    """Return a prior with the stance constraint, whose variance comes from training walks (R, 1 + 2H, 15, 3)."""
+    """Return the prior with the stance constraint, whose variance is estimated from R walks (R, 1 + 2H, 15, 3)."""
     rows, _ = stance_rows(prior.mean)
     values = by_joint(coefficients).reshape(len(coefficients), -1) @ rows.T
     spread = weights @ (values - weights @ values) ** 2 + _MIN_VARIANCE

@@ -22,16 +22,16 @@ from walk3d.anatomy.prior.conditional import Noise, heights_seen
 from walk3d.anatomy.prior.prior import Prior, mirror_image
 
 FINE = 8
-"""Number of angles of the interpolated posterior per candidate angle."""
+"""Number of angles in the interpolated posterior of the view angle per candidate angle."""
 
 
 def circle(count: int) -> np.ndarray:
-    """Return `count` candidate angles (G,) that cover the full circle from -pi; `count` is even."""
+    """Return `count` candidate view angles (G,), rad, equally spaced on the full circle from -pi; `count` is even."""
     return -np.pi + 2.0 * np.pi * np.arange(count) / count
 
 
 def view_costs(prior: Prior, observed: np.ndarray, candidates: int, *, noise: Noise) -> np.ndarray:
-    """Return the costs J (n, G) of n observations at the angles of `circle`.
+    """Return the costs J (n, G) of n observations at the G candidate view angles of `circle`.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ class ViewPosterior:
 
 
 def posterior_of(costs: np.ndarray) -> ViewPosterior:
-    """Return the highest modes of the posterior under a uniform prior, from costs (n, G) at the angles of `circle`."""
+    """Return the highest modes of the posterior of the view angle under a uniform prior, from costs (n, G)."""
     count = costs.shape[1]
     at = np.append(circle(count), np.pi)
     spline = CubicSpline(at, np.hstack([costs, costs[:, :1]]), axis=1, bc_type="periodic")

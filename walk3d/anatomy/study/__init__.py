@@ -1,4 +1,4 @@
-"""Studies of the anatomical prior: its parts, its error bars, hidden joints, other laboratories, joint angles."""
+"""Studies of the anatomical prior: ablation, error bars, hidden joints, other laboratories and joint angles."""
 
 from pipeline.studies.study import Study
 from walk3d.anatomy.study.figures.coverage import BarCoverage

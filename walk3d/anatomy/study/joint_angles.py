@@ -26,7 +26,7 @@ from walk3d.anatomy.joint_angles import JOINT_ANGLES, angle_errors, flexion, joi
 
 @dataclass(frozen=True)
 class JointAngleErrors:
-    """Errors of the joint angles of reconstructed walks by view, and the angles of one displayed walker.
+    """Errors of the joint angles of reconstructed walks by view, and the joint angles of one walker for display.
 
     Attributes
     ----------
@@ -64,12 +64,12 @@ class JointAngles(Sweep):
     )
 
     def of_populations(self) -> JointAngles:
-        """Return the sweep with the papers' approaches only."""
+        """Return a copy of the sweep with only the methods that the papers describe."""
         published = [name for name in self.methods if name in PUBLISHED]
         return replace(self, methods=published or self.methods)
 
     def with_methods(self, names: Sequence[str]) -> JointAngles:
-        """Return the sweep with additional methods."""
+        """Return a copy of the sweep that also includes the named methods."""
         return replace(self, methods=list(dict.fromkeys([*self.methods, *names])))
 
     def modules(self) -> list[str]:

@@ -1,4 +1,4 @@
-"""Anatomical prior of walkers as a model: mirror images, and bones of constant, symmetric length."""
+"""Model of walkers with the anatomical prior, which uses mirror images and bones of constant, symmetric length."""
 
 from __future__ import annotations
 
@@ -79,9 +79,9 @@ class AnatomicalModel(Model):
             walk = np.flatnonzero(dataset.unmeasured.any(axis=1))[0]
             joints = [WALKER15.joints[j] for j in np.flatnonzero(dataset.unmeasured[walk])]
             raise InvalidInput(
-                "error bars and bones need walks with all joints measured",
+                "error bars and bone lengths need a walk in which every joint was measured",
                 str(dataset.clip[walk]),
-                "a data.pattern without this clip",
+                "a data.pattern that does not match this clip",
                 f"no {', '.join(joints)}",
                 code="joints_not_measured",
                 joints=joints,

@@ -12,7 +12,7 @@ from pipeline.seeding import derive_generator
 
 
 class PeopleResampled:
-    """Resamples of P people. Every quantity uses the same resamples, so differences are paired.
+    """Bootstrap samples of P people, which all quantities share, so that differences between methods are paired.
 
     Results are columns: the name, and with ``_low`` and ``_high`` the ends of its 95 % interval.
 
@@ -26,7 +26,7 @@ class PeopleResampled:
         self._weights = bootstrap.resampling_weights(people, derive_generator(seed, "people")) / people
 
     def mean(self, values: np.ndarray | pd.Series, name: str) -> dict[str, float]:
-        """Return the mean of values (P,) over people, with its 95 % interval."""
+        """Return the mean over people of one value per person (P,), with its 95 % interval."""
         return _columns(name, np.mean(values), self._weights @ np.asarray(values))
 
     def reduction_percent(self, of: np.ndarray, than: np.ndarray, name: str) -> dict[str, float]:
@@ -40,7 +40,7 @@ class PeopleResampled:
     def means(
         self, rows: pd.DataFrame, by: Sequence[str], banded: str, further: Sequence[str] = ()
     ) -> pd.DataFrame:
-        """Return a table of group means: one column with its interval, and further columns without intervals.
+        """Return a table with means for each group of rows, and with the 95 % interval of one of the means.
 
         `rows` has one row for each person and group.
         """

@@ -23,11 +23,16 @@ READERS = {
     ".jsonl": people_json.read,
     ".ndjson": people_json.read,
 }
-"""Reader of the files with each suffix, in lower case; folders are read by a separate function."""
+"""Functions that read a file of keypoints, by the lower-case suffix of the file.
+
+Folders are read by a separate function.
+"""
 
 
 def read(path: str | Path) -> Detections:
-    """Read keypoints from a file, by its suffix, or from a folder that contains OpenPose files or a single table.
+    """Read keypoints from a file or from a folder.
+
+    The suffix of a file selects its reader.  A folder contains OpenPose files or a single table.
 
     Raises
     ------

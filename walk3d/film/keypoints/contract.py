@@ -17,22 +17,24 @@ from pipeline.validation import harmless
 
 MAX_PX = 1e6
 MAX_REPEATED_SHARE = 0.05
-"""Maximum share of rows with the same time as the previous row for which such times are ignored as mistakes."""
+"""Maximum share of rows that repeat the time of the previous row; up to this share, the repetitions are ignored."""
 MAX_FRAMES = 10_000_000
 MAX_PAIRS = 20_000_000
-"""Maximum number of pairs of people that tracking compares within frames, summed over all frames."""
+"""Maximum number of comparisons between people of the same frame in tracking, summed over all frames."""
 
 MAX_PEOPLE = 30
-"""Maximum number of people in a frame; a larger number is accepted if the file has at least as many frames.
+"""Maximum number of people in one frame.
+
+A larger number is accepted if the file has at least as many frames.
 
 Some files list all frames of one person in a single frame.
 """
 
 MAX_DEPTH_SHARE, DEPTH = 0.2, 101.0
-"""Share of third values outside 0 to 100 % above which they are depths, and the value that stands for a depth."""
+"""Share of confidences outside 0 to 100 % above which they are depths, and the number that stands for a depth."""
 IN_3D = "If the points are in 3D, they are not keypoints of a film: see `inspect`."
 PLACEHOLDER_DISTANCE = 2.2
-"""Distance from the mean of a person's points above which a value may be a placeholder.
+"""Distance of a point from the mean of a person's points above which its coordinates may be placeholders.
 
 The distance is relative to the root mean square distance of the person's points from their mean.
 """
@@ -82,7 +84,7 @@ def _require_few_people(people: np.ndarray, where: str) -> None:
     """Raise InvalidInput if the numbers of people in each frame (T,) are too large for tracking."""
     if (pairs := int(people @ people)) > MAX_PAIRS or people.max() > max(len(people), MAX_PEOPLE):
         raise damaged(
-            "too many people to be tracked",
+            "the file has too many people per frame to track them",
             where,
             f"fewer people than frames, and {MAX_PAIRS} pairs or fewer (all frames of a person may be in one)",
             f"up to {people.max()} in a frame, {pairs} pairs",
@@ -102,7 +104,7 @@ def detections(
     image_size: tuple[int, int] = (0, 0),
     notes: Sequence[str] = (),
 ) -> Detections:
-    """Check the detections that a reader collected, and return them with missing points as NaN.
+    """Return the checked detections of a reader, with missing points set to NaN.
 
     Parameters
     ----------
@@ -196,7 +198,7 @@ def detections(
 
 
 def timed(table: Rows, column: int, frames: np.ndarray | None, rate: float) -> tuple[np.ndarray, float]:
-    """Return the frame of each row from the time stamps in a column, and the frame rate, Hz.
+    """Return the frame number of each table row, from a column of time stamps, and the frame rate, Hz.
 
     Frames are not whole numbers if the time stamps are non-uniform.
 
@@ -243,7 +245,7 @@ def timed(table: Rows, column: int, frames: np.ndarray | None, rate: float) -> t
 
 
 def _leave_out_placeholders(points: np.ndarray) -> list[str]:
-    """Set placeholder values in the points (N, K, 2) to NaN, in place, and return notes about them."""
+    """Set points (N, K, 2) with placeholder values to NaN, in place, and return notes for the user."""
     at = points[..., 0] == points[..., 1]
     numbers, which, count = np.unique(points[at][:, 0], return_inverse=True, return_counts=True)
     at[at] = (count > 1)[which]

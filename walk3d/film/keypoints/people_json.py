@@ -74,7 +74,7 @@ def numbers(values: Any, where: str, columns: int = 3) -> np.ndarray:
 
 
 def identity_of(value: Any) -> str:
-    """Return an identity as a string; of a list, the first member.
+    """Return a person's identity as a string; if the identity is a list, its first member is used.
 
     The string is empty if the identity is negative or missing.
 
@@ -98,7 +98,7 @@ def _has(item: Any, *keys: str) -> bool:
 
 
 def frames_by_name(names: Iterable[str]) -> tuple[dict[str, int], list[str]]:
-    """Return the frame, from 0, of each file or image name, and notes.
+    """Return the frame number, from 0, of each file or image name, and notes for the user.
 
     The frame is the last number in the names that differs between all names.
 
@@ -115,7 +115,7 @@ def frames_by_name(names: Iterable[str]) -> tuple[dict[str, int], list[str]]:
 
 
 def read_folder(path: Path) -> Detections:
-    """Read a folder with one file per frame, whose names contain the frame number, or with a single file."""
+    """Read a folder of keypoint files: one file per frame, with the frame number in its name, or a single file."""
     files = sorted(path.glob("[!.]*.json"))
     labels = sorted(path.glob("*[0-9].txt"))
     if labels and not any(map(holds_keypoints, files)):
@@ -201,7 +201,7 @@ def read(path: Path) -> Detections:
 
 
 _PROGRAMS = {"images": "coco", "image_id": "alphapose", "bodies": "alphapose", "instances": "mmpose"}
-"""Name of the program that writes a file with each of these keys."""
+"""Program that writes JSON files with each of these keys, by key."""
 _FRAMES = ("instance_info", "frames", "annotations", "results", "data", "predictions")
 _PEOPLE = (
     "people", "instances", "bodies", "annots", "persons", "poses", "pose", "detections", "predictions", "tracks",
@@ -232,11 +232,12 @@ _SCORES = ("keypoint_scores", "scores", "confidence", "confidences", "score")
 _WIDTHS = {34: 2, 50: 2, 52: 2, 4 * len(MEDIAPIPE): 4}
 _NAME = ("name", "part", "body_part", "label", "keypoint")
 _NUMBER = ("id", "index", "landmark_id")
-"""Keys of the parts of a file, from the list of frames to a point.
+"""Alternative keys in JSON files of keypoints, for frames, people, points, names, identities and confidences.
 
 In order: frames, people, points, a frame's name, an identity, a point's confidence, all confidences.
 
-Then the numbers per point for lengths of lists that are not 3 per point, and keys of a point's name and number."""
+Then the numbers per point for lengths of lists that are not 3 per point, and keys of a point's name and number.
+"""
 
 
 def _first(item: Any, keys: Iterable[str]) -> Any:
@@ -245,7 +246,9 @@ def _first(item: Any, keys: Iterable[str]) -> Any:
 
 
 def _frames(content: Any, where: str) -> list[tuple[str, Any]]:
-    """Return the frames or detections in a file, each with the name of its frame; empty if the file has no people.
+    """Return the frames or detections in a JSON file, each with the name of its frame.
+
+    The list is empty if the file has no people.
 
     In a table with columns such as left_knee_x, the coordinates of each point are combined.
     """
@@ -269,7 +272,7 @@ def _frames(content: Any, where: str) -> list[tuple[str, Any]]:
 
 
 def _by_frames(content: Any) -> list[dict[str, Any]]:
-    """Return the frames of an object whose keys are coordinates or points, and whose values are lists over frames."""
+    """Return one entry per frame, from an object whose keys are coordinates or points and whose values are lists."""
     frames = defaultdict[str, dict[str, Any]](dict)
     for name, value in content.items() if _has(content) else ():
         each: Any = _by_frames(value) if _has(value, "x", "y") else value
@@ -279,7 +282,7 @@ def _by_frames(content: Any) -> list[dict[str, Any]]:
 
 
 def _listed(content: Any, where: str) -> list[tuple[str, Any]]:
-    """Return the frames or detections in a file, each with the name of its frame, without a check for people."""
+    """Return the frames or detections in a JSON file, each with the name of its frame, even if no person is in them."""
     if _has(content, "images", "annotations"):
         names = {image["id"]: str(image.get("file_name", image["id"])) for image in content["images"]}
         listed = [(names.get(item.get("image_id"), ""), item) for item in content["annotations"]]
@@ -332,14 +335,14 @@ def _listed(content: Any, where: str) -> list[tuple[str, Any]]:
 
 
 def _is_mark(value: Any) -> bool:
-    """Return True if a value is a single point."""
+    """Return True if a JSON value describes a single keypoint."""
     if isinstance(value, list):
         return 2 <= len(value) <= 4 and not any(isinstance(number, list | dict | str) for number in value)
     return _has(value, "x", "y") or _has(value, "position")
 
 
 def _is_points(value: Any) -> bool:
-    """Return True if a value is the set of points of a person, not a single point."""
+    """Return True if a JSON value describes all keypoints of a person, not a single keypoint."""
     if _has(value):
         if _has(value, "x", "y"):
             return isinstance(value["x"], list)
@@ -351,7 +354,7 @@ def _is_points(value: Any) -> bool:
 
 
 def _crowd(item: Any) -> Any:
-    """Return the people in a frame, or None if the value is not a frame.
+    """Return the people in a frame of a JSON file, or None if the value does not describe a frame.
 
     The keys of the frame may be the identities of the people.
     """
@@ -364,7 +367,7 @@ def _crowd(item: Any) -> Any:
 
 
 def _is_frame(item: Any) -> bool:
-    """Return True if a value is a frame; a frame may have no people."""
+    """Return True if a JSON value describes a frame, with or without people."""
     if isinstance(item, list) and not _is_points(item):
         return any(map(_is_frame, item))
     return _is_points(item) or _crowd(item) is not None or _first(item, _POINTS) is not None
@@ -392,7 +395,7 @@ def _people(item: Any, where: str) -> list[tuple[str, list[str], np.ndarray]]:
 
 
 def _points(value: Any, scores: Any, where: str) -> tuple[list[str], np.ndarray]:
-    """Return the names of a person's points, and their column, row and confidence (K, 3).
+    """Return the names of a person's K points, and an array (K, 3) of their columns, rows and confidences.
 
     The names are empty if the points have no names.  The confidence is 1 if the file does not contain it.
     """
@@ -480,7 +483,10 @@ def _detections(
 
 
 def settings(content: dict[str, Any]) -> tuple[float, tuple[int, int]]:
-    """Return frame rate, Hz, and image size, px, from an object or objects within it (meta, …); 0 if not stated."""
+    """Return the frame rate, Hz, and the image size, px, that a JSON object states; values that are not stated are 0.
+
+    They may be stated in objects within it, such as meta.
+    """
     within = [part for part in content.values() if _has(part, "fps") or _has(part, "width")]
     stating = {key: value for part in [*within, content] for key, value in part.items()}
 

@@ -31,16 +31,19 @@ _ROLES = {
     "image_id": "frame",
     "image_name": "frame",
 }
-"""Roles of columns that occur in tables of keypoints but not in tables of markers."""
+"""Meaning of columns that occur in tables of keypoints but not in tables of markers."""
 
 
 _NUMBER = re.compile(r"(?<!\w)-?(?:nan|None|[\d.]+(?:e[+-]?\d+)?)")
 _KINDS = {2: "xy", 3: "xyc", 4: "xyzc"}
-"""Coordinates in a cell with 2, 3 or 4 numbers; c is the confidence."""
+"""Names of the coordinates in a table cell with 2, 3 or 4 numbers; c is the confidence."""
 _SOMEBODY = re.compile(
     r"^(?:.*?\d|(?!left|right|filt|smooth|(?:[lr]|raw)[ _.:-])[^\W\d_]+)[ _.:-]+(?=\D)", re.IGNORECASE
 )
-"""Prefix of a column name that identifies a person; it ends with a digit, or is not a side of the body."""
+"""Pattern for the prefix of a column name that identifies a person.
+
+The prefix ends with a digit, or is a word other than a side of the body.
+"""
 
 
 def read_csv(path: Path) -> Detections:
@@ -77,7 +80,7 @@ def read_csv(path: Path) -> Detections:
         unnumbered = "frame" not in roles and (is_long or "person" in roles)
         frames, rate = timed(table, roles["time"], None if unnumbered else frames, rate)
     elif "frame" not in roles:
-        table.notes.append("Rows are taken as frames, because there is no column frame.")
+        table.notes.append("Each row is taken as one frame, because the table has no column called frame.")
     _note_cut(frames, table.notes)
     points = np.ones((len(rows), len(names), 3))
     for k, axes in enumerate(columns.values()):
@@ -98,7 +101,7 @@ def read_csv(path: Path) -> Detections:
 
 
 def _note_cut(frames: np.ndarray, notes: list[str]) -> None:
-    """Add a note if the last frame has fewer rows than all other frames, since the file may be truncated."""
+    """Add a note that the file may be truncated, if the last frame has fewer rows than all other frames."""
     *others, last = np.unique(frames, return_counts=True)[1].tolist()
     if others and last < min(others):
         notes.append(
@@ -107,7 +110,7 @@ def _note_cut(frames: np.ndarray, notes: list[str]) -> None:
 
 
 def _split_points(table: Rows) -> None:
-    """Split columns with points such as ``[0.7, 0.1]`` or ``(0.7, 0.1, 0.9)`` into one column per number, in place."""
+    """Split table columns with points such as ``(0.7, 0.1, 0.9)`` into one column per number, in place."""
     point_columns = {k for row in table.cells for k, cell in enumerate(row) if cell.startswith(("[", "("))}
     for column in sorted(point_columns, reverse=True):
         title, marks = table.header[column], list(map(_NUMBER.findall, table.texts(column)))
@@ -118,7 +121,7 @@ def _split_points(table: Rows) -> None:
 
 
 def _columns(table: Rows, is_long: bool) -> dict[str, dict[str, int]]:
-    """Return, for each point, the columns of x and y and, if present, of z and confidence c.
+    """Return, for each point of a table, the columns of x and y and, if present, of z and the confidence c.
 
     In a long table, the only name is ``""``.
     """
@@ -141,7 +144,7 @@ def _columns(table: Rows, is_long: bool) -> dict[str, dict[str, int]]:
 
 
 def _side_by_side(bodies: list[Any], parts: list[str], where: str) -> tuple[list[str], list[Any]]:
-    """Combine rows with one point each into bodies.
+    """Combine table rows of single points into the keypoints of each person in each frame.
 
     Return the names of the points, and the frame, identity and points of each body.
 
@@ -194,7 +197,10 @@ def _frames(table: Rows, column: int) -> np.ndarray:
 
 
 def read_trc(path: Path) -> Detections:
-    """Read a TRC file in pixels, as Sports2D and Pose2Sim write it; the third coordinate is ignored."""
+    """Read keypoints in pixels from a TRC file that Sports2D or Pose2Sim wrote.
+
+    The third coordinate is ignored.
+    """
     table = trc.read_table(path)
     units = table.settings.get("units", "").lower()
     if units not in ("px", "pixel", "pixels"):
@@ -216,7 +222,7 @@ def read_trc(path: Path) -> Detections:
 
 
 def read_array(path: Path) -> Detections:
-    """Read a NumPy array (frame, point, 2 or 3) or (frame, person, point, 2 or 3).
+    """Read keypoints from a NumPy array (frame, point, 2 or 3) or (frame, person, point, 2 or 3).
 
     The last of three coordinates is the confidence.
 

@@ -28,7 +28,7 @@ from walk3d.film.walk.objective import FOCAL_SD
 from walk3d.film.walk.tracks import MAX_GAP_S, MIN_WALK_S, Track, find_tracks
 
 FOCAL_SHARE = 0.75
-"""Initial value of an unknown focal length, relative to the longer side of the image.
+"""Initial estimate of an unknown focal length, relative to the longer side of the image.
 
 It lies between the usual values of phones and camcorders.
 """
@@ -45,9 +45,9 @@ class Labels(StrEnum):
     """Use of the detector's left and right labels."""
 
     both = "both"
-    """Two reconstructions are compared: with the labels of the file, and with left and right exchanged throughout."""
+    """Compare two reconstructions: with the labels of the file, and with left and right exchanged in all frames."""
     as_given = "as_given"
-    """Only the labels of the file are used."""
+    """Use the left and right labels of the file, without a comparison with exchanged labels."""
 
 
 class Input(Options):
@@ -114,7 +114,7 @@ class Walk:
 
     @property
     def best(self) -> Stretch:
-        """The longest of the stretches with the best verdict."""
+        """Stretch of the film with the best verdict; the longest one if several stretches have this verdict."""
         return best_of(self.stretches)
 
 
@@ -216,7 +216,7 @@ def _rate(options: Input, source: Detections, notes: list[str]) -> float:
     require_range(f"{Path(options.path).name}, frames a second", rate, at_least=least, at_most=most)
     if source.frame_rate_hz and abs(rate / source.frame_rate_hz - 1) > 5e-4:
         notes.append(
-            f"The file says {source.frame_rate_hz:g} frames per second; {rate:g} was given and is used."
+            f"The file states {source.frame_rate_hz:g} frames per second, but input.frame_rate_hz={rate:g} is used."
         )
     return rate
 
@@ -246,7 +246,10 @@ def _selected_frames(frames: str, frame: np.ndarray, rate: float) -> np.ndarray:
 
 
 def _drop_low_confidence(pixels: np.ndarray, confidence: np.ndarray, least: float, notes: list[str]) -> None:
-    """Set keypoints (n, 15, 2) of low confidence to NaN, and flip images whose rows count upwards, in place."""
+    """Set keypoints (n, 15, 2) of low confidence to NaN, and turn inverted images upright, in place.
+
+    An image is inverted if its row numbers increase upwards.
+    """
     doubtful = confidence < least * np.nanmax(confidence)
     if share := (doubtful & np.isfinite(pixels).all(axis=-1)).mean():
         percent = f"{100 * share:.0f}" if share >= 0.005 else "Less than 1"
@@ -308,7 +311,7 @@ def _from_to(track: Track) -> str:
 
 
 def _doubts(walk: Walk) -> Iterator[str]:
-    """Yield notes on the assumptions about the keypoints and the camera."""
+    """Yield notes for the user on the assumptions of a reconstruction about the keypoints and the camera."""
     best = walk.best.reconstruction
     if not walk.layout.measured:
         yield (

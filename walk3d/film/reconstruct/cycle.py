@@ -1,4 +1,4 @@
-"""Gait cycle of a reconstructed walk in the units of the report: events, gait numbers and curves, with error bars."""
+"""Gait cycle of a reconstructed walk in the units of the report: events, numbers and curves, with error bars."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from walk3d.film.walk.prior import Prior
 from walk3d.film.walk.sagittal_angles import ANGLES, KINDS, SIDES
 
 LEVEL_95 = 2
-"""Index of 95 % in `LEVELS`."""
+"""Index of the 95 % level in `LEVELS`."""
 HEIGHT_SHARE = 0.89
 """Height of the head's centre above the ankles as a share of stature: 0.93 minus 0.039 [Winter 2009, figure 4.1]."""
 INSTANTS = 101
@@ -54,18 +54,21 @@ least_hip_flexion hip_least angle
 greatest_knee_flexion knee_most angle
 least_knee_flexion knee_least angle
 """
-"""Name in the summary, kind in the model, and measure of each gait-cycle number."""
+"""Name of each gait-cycle number in the summary, its name in the model, and the key of its unit in `_MEASURES`."""
 _MEASURES = {
     "s": ("s", 0.0, 1.0, 3), "share": ("% of cycle", 0.0, 100.0, 1), "rest": ("% of cycle", 100.0, -100.0, 1),
     "angle": ("°", 0.0, 180.0 / np.pi, 1), "length": ("% of stature", 0.0, 100.0 * HEIGHT_SHARE / HEIGHT_MM, 1),
 }  # fmt: skip
-"""Unit, offset, factor and number of decimals of each measure; lengths are per cent of an unknown stature."""
+"""Unit, offset, factor and number of decimals with which each kind of gait-cycle number is reported.
+
+Lengths are per cent of an unknown stature.
+"""
 
 
 def _average_cycle(prior: Prior) -> tuple[GaitCycle, np.ndarray]:
-    """Return the average walker's gait cycle, and the covariance (407, 407) of walkers and stride frequencies.
+    """Return the average walker's gait cycle, and the covariance (407, 407) of the model's walkers.
 
-    The covariance is that of the population of the model.
+    The covariance is that of the Fourier coefficients, the phase and the logarithm of the stride frequency.
     """
     model, size = prior.model, prior.model.mean.size
     covariance = np.zeros((size + 2, size + 2))
@@ -126,7 +129,7 @@ def events(walk: Walk, stretch: Stretch) -> dict[str, dict[str, list[float]]]:
 
 
 def curves(walk: Walk, reconstruction: Reconstruction) -> dict[str, np.ndarray]:
-    """Return the joint angles of both sides over the gait cycle, degrees; each side's cycle begins with foot contact.
+    """Return the joint angles of each side, degrees, from the side's foot contact to its next foot contact.
 
     Returns
     -------

@@ -12,16 +12,17 @@ USUAL_SIZES = tuple(
     for width, height in ((640, 480), (854, 480), (1280, 720), (1920, 1080), (2560, 1440), (3840, 2160))
     for size in ((width, height), (height, width))
 )
-"""Common sizes of videos, smallest first; a common size is assumed if the file does not state the image size."""
+"""Common sizes of videos, px, smallest first, for files that do not state their image size."""
 
 MAX_OUTSIDE_SHARE = 0.1
-"""Share of keypoints more than 6 % outside the image up to which the image size is accepted without a check.
+"""Maximum share of keypoints that may lie more than 6 % outside the image before the image size is checked.
 
 Detectors place unseen feet below the picture.  A larger share is an error if width and height exchanged would halve
-it, or if it exceeds 0.6."""
+it, or if it exceeds 0.6.
+"""
 
 TINY_PX = 100.0
-"""Extent of keypoints, px, below which they are rejected unless the image is at most four times as large."""
+"""Extent of all keypoints, px, below which they are rejected, unless the image is at most four times as large."""
 
 _HIPS = [number for number, joint in enumerate(WALKER15.joints) if joint.endswith("_hip")]
 
@@ -77,7 +78,7 @@ def in_pixels(
             raise InvalidInput(
                 "the coordinates are relative to the body, not to the image",
                 expected="landmarks in the image, as MediaPipe's pose_landmarks",
-                received="many beyond -1 and 1",
+                received="many coordinates below -1 or above 1",
                 code="not_in_image",
             )
         pixels = pixels * np.array(size, float)
@@ -102,7 +103,7 @@ def in_pixels(
     ):
         low, high = np.percentile(visible, [1, 99], axis=0).round().astype(int).tolist()
         raise InvalidInput(
-            "the keypoints are outside an image of this size: width and height may be exchanged, or from another film",
+            "the keypoints are outside an image of this size: width and height are exchanged or belong to another film",
             "input.width, input.height",
             f"a size that contains {low[0]} to {high[0]} x {low[1]} to {high[1]} pixels",
             f"{size[0]} x {size[1]}",

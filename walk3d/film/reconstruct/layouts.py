@@ -1,4 +1,4 @@
-"""Layouts of keypoints (``conf/keypoints/*.yaml``): the joint of each point, and the offset from this joint.
+"""Layouts of keypoints (``conf/keypoints/*.yaml``): the joint that each point marks, and its offset from the joint.
 
 A layout is recognised by the names in the file, or by the number of points.  Layouts with the same number are
 distinguished by the positions of their points in the image.
@@ -22,13 +22,13 @@ from walk3d.film.keypoints import Detections
 from walk3d.film.walk import Detector
 
 PREFIX_POINTS = {23: 17, 75: 33, 133: 17, 136: 26, 308: 70, 501: 33, 543: 33}
-"""Number of points in layouts with feet, hands or face, and number of points, from the first, that are used."""
+"""Number of points in layouts with feet, hands or face, mapped to the number of first points that are used."""
 COMPLETED_POINTS = {29: 33, 31: 33}
-"""Number of points in MediaPipe files that lack toes or heels, and the number of points in the full layout."""
+"""Number of points in MediaPipe files without toes or heels, mapped to the number of points in the full layout."""
 MIN_NUMBERED_NAMES = 12
 """Minimum number of numbered names such as kp0, kp1, … for which points are identified by their number."""
 MIN_VISIBLE_SHARE = 0.2
-"""Share of detections with a visible joint, below which the vertical order is checked without this joint.
+"""Share of detections that show a joint, below which the joint is ignored in the check of the vertical order.
 
 Heads, for example, may be outside the image.
 """
@@ -100,7 +100,7 @@ _JOINT_BY_NAME = {
     "up_leg_joint": "hip", "leg_joint": "knee", "foot_joint": "ankle", "sho": "shoulder", "elb": "elbow",
     "wr": "wrist", "wri": "wrist", "ank": "ankle",
 }  # fmt: skip
-"""Joint for each name that Apple's Vision and OpenCV use.
+"""Joint for each name of a point in Apple's Vision and in OpenCV.
 
 Vision names the segment below a joint; OpenCV uses short names.
 """
@@ -219,7 +219,7 @@ def recognise(source: Detections, layout_name: str = "") -> tuple[Layout, np.nda
     first, second = sorted([0.0, *scores])[:-3:-1]
     if (first < 0.5 or first - second < 0.2) and not (len(fitting) == 1 and np.isnan(upright[0])):
         raise InvalidInput(
-            "the layout is ambiguous: no single order of the points has heads above hips above ankles",
+            "the layout of keypoints is ambiguous: no or several layouts put heads above hips and hips above ankles",
             expected="points with names, or input.layout=" + " or ".join(layout.name for layout in fitting),
             received=f"{K} points",
             code="unclear_layout",
@@ -231,7 +231,7 @@ def recognise(source: Detections, layout_name: str = "") -> tuple[Layout, np.nda
 def _by_names(
     source: Detections, layouts_by_name: Mapping[str, Layout], layout_name: str
 ) -> tuple[Layout, np.ndarray, str]:
-    """Return the layout with the same point names as the file, in the form that `recognise` returns."""
+    """Return the layout whose point names match those of the file, in the same form as `recognise`."""
     sided = [name for name in source.names if canonical(name).startswith(("left_", "right_"))]
     differing = (k for k, letters in enumerate(zip(*sided, strict=False)) if len(set(letters)) > 1)
     before = "".join(sided[:1])[: next(differing, 0)]  # anna:, PoseLandmark.

@@ -27,7 +27,7 @@ SHIPPED = Path(__file__).resolve().parent / "walkers"
 """Folder of the model of walkers in this package: ``model.npz``, ``manifest.json``, ``CARD.md``."""
 VERSION = 4
 ENTRY = "walkers"
-"""Key in a manifest by which the folder of a model of walkers is recognised."""
+"""Key in ``manifest.json`` that identifies the folder of a model of walkers."""
 
 
 _SHAPES: dict[str, tuple[int | str, ...]] = {
@@ -35,17 +35,20 @@ _SHAPES: dict[str, tuple[int | str, ...]] = {
     "within": ((BLOCKS + 1) // 2, 3 * JOINTS, 3 * JOINTS), "bone_variance": (len(BONES),),
     "pair_variance": (len(PAIRS),), "aperiodic_variance": (JOINTS, 3), "log_frequency": (2,),
 }  # fmt: skip
-"""Shapes of the arrays of `CompactMoments`."""
+"""Shapes of the arrays of `CompactMoments` in the model file."""
 _MULTIPLIERS: dict[str, tuple[int, ...]] = {
     "joints": (len(GROUPS), 3, len(LEVELS)), "angles": (len(KINDS), len(LEVELS)),
     "cycle": (len(CYCLE_KINDS), len(LEVELS)), "view": (2, len(LEVELS)),
 }  # fmt: skip
-"""Shapes of the arrays of a calibration; the file stacks the arrays for `AS_OURS` and `ANYBODY`."""
+"""Shapes of the arrays with multipliers of error bars in the model file.
+
+The file stacks the arrays for `AS_OURS` and `ANYBODY`.
+"""
 
 
 @dataclass(frozen=True)
 class TrainedModel:
-    """Model of walkers with the calibrations of its error bars.
+    """Model of walkers with the multipliers of its error bars.
 
     Attributes
     ----------
@@ -67,7 +70,7 @@ class TrainedModel:
 
     @property
     def learnt(self) -> Learnt:
-        """Anatomical prior from the same walkers, for the height to which the model is scaled."""
+        """Anatomical prior that is learnt from the model's training walks, for walkers of the model's height."""
         model = self.model
         covariance = model.covariance.reshape(*model.mean.shape, *model.mean.shape)
         prior = Prior(model.mean, covariance, model.bone_variance, model.pair_variance)
@@ -75,13 +78,13 @@ class TrainedModel:
 
     @property
     def concentration(self) -> float:
-        """Sum of the squared shares that the laboratories have in the number of people."""
+        """Sum over laboratories of the squared share of each laboratory in the number of training people."""
         people = np.array(list(self.about["people_by_source"].values()), float)
         return float((people**2).sum() / people.sum() ** 2)
 
     @property
     def unfamiliar(self) -> float:
-        """Share of the variance between laboratories that the model does not contain.
+        """Share of the variance between laboratories that the model does not cover.
 
         A calibrated model lacks only the part that each person has alone.
         """
@@ -158,7 +161,7 @@ def _load(folder: Path) -> TrainedModel:
     sources = about.get("people_by_source")
     if not isinstance(sources, dict) or not sources:
         raise InvalidInput(
-            "must give the number of people of each source",
+            "must state the number of training people from each data source",
             "manifest.json, people_by_source",
             code="no_sources",
         )

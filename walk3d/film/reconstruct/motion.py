@@ -28,13 +28,13 @@ class Format(StrEnum):
     trc = "trc"
     bvh = "bvh"
     csv = "csv"
-    """One row for each joint and frame."""
+    """CSV file with one row for each joint and frame."""
     csv_wide = "csv_wide"
-    """One column for each coordinate."""
+    """CSV file with one row for each frame, and one column for each coordinate."""
 
 
 def keypoints_px(reconstruction: Reconstruction) -> np.ndarray:
-    """Return the keypoints (T, 15, 2) used in the fit, px from the principal point; NaN where missing."""
+    """Return the keypoints (T, 15, 2) used in the fit, px relative to the principal point, NaN where missing."""
     return np.where(reconstruction.keypoints.weights[..., None] > 0, reconstruction.filmed_px, np.nan)
 
 
@@ -44,7 +44,9 @@ def upright(level: np.ndarray) -> np.ndarray:
 
 
 def in_walkers_axes(reconstruction: Reconstruction) -> np.ndarray:
-    """Return positions (T, 15, 3), mm of the model: x to the walker's right, y forwards, z up from the lowest ankle.
+    """Return positions (T, 15, 3), mm for a walker of the model's height: x to the right, y forwards, z upwards.
+
+    The directions are those of the walker, and z is 0 at the lowest ankle.
 
     The heading in the middle of the stretch defines the axes; there the pelvis is at x = y = 0.  The path is included.
     """
@@ -54,13 +56,19 @@ def in_walkers_axes(reconstruction: Reconstruction) -> np.ndarray:
 
 
 def usable_stretches(walk: Walk) -> list[Stretch]:
-    """Return the stretches that are or may be a walk: first the best stretch, then the remaining ones by length."""
+    """Return the stretches that are a walk or a doubtful walk, the best stretch first.
+
+    The remaining stretches are sorted by length.
+    """
     usable = [s for s in walk.stretches if s.walks]
     return sorted(usable, key=lambda s: s is not walk.best)
 
 
 def to_motion(walk: Walk, stretch: Stretch, names: Names, *, in_place: bool) -> motion.Motion:
-    """Convert a stretch to a motion; the arguments `names` and `in_place` only matter for BVH."""
+    """Convert a reconstructed stretch of a film to a motion for export.
+
+    The arguments `names` and `in_place` only matter for BVH.
+    """
     positions = in_walkers_axes(stretch.fitted) * scale_mm(walk)
     if in_place:
         pelvis = positions[:, PELVIS, None, :2]
@@ -69,7 +77,11 @@ def to_motion(walk: Walk, stretch: Stretch, names: Names, *, in_place: bool) -> 
 
 
 def one_cycle(walk: Walk, stretch: Stretch, names: Names, *, in_place: bool) -> motion.Motion:
-    """Return one exact gait cycle that begins with left foot contact, at about the frame rate of the video.
+    """Return one gait cycle of a reconstructed walk, from left foot contact to the next, for playback in a loop.
+
+    The frame rate is about that of the video.
+
+    The frame rate is about that of the video.
 
     The last frame repeats the first, one stride ahead unless in place, so that the motion loops.
     """
@@ -104,7 +116,7 @@ Lengths are in {units}.
 
 
 def write_motion(walk: Walk, formats: list[Format], folder: Path, names: Names, *, in_place: bool) -> None:
-    """Write ``motion.txt`` and each stretch in each format.
+    """Write each reconstructed stretch as a motion file in each format, and the description ``motion.txt``.
 
     ``walk.c3d`` contains the best stretch, ``walk_2.c3d`` the next.
     """

@@ -24,7 +24,10 @@ from walk3d.film.walk.sagittal_angles import ANGLES
 from walk3d.film.walk.view import pitched
 
 MAX_SAMPLES, MAX_SAMPLED_POSTURES = 12, 4000
-"""Maximum numbers of walks and of postures to draw from the posterior, so that the file stays below 5 MB."""
+"""Maximum number of walks, and of postures in all walks, that are drawn from the posterior.
+
+The limits keep the recording below 5 MB.
+"""
 KNEE_COLOURS = {"left_knee": "blue", "right_knee": "orange"}
 FRUSTUM_SHARE = 0.25
 """Length of the camera's frustum, as a share of the distance to the walker."""
@@ -32,7 +35,7 @@ _PELVIS = WALKER15.index("pelvis")
 
 
 def drawn_walks(walk: Walk, reconstruction: Reconstruction, count: int) -> np.ndarray:
-    """Draw walks (S, T, 15, 3), mm, whose spread matches the calibrated error bars.
+    """Draw walks (S, T, 15, 3), mm, from the posterior, with a spread that matches the calibrated error bars.
 
     Positions are relative to the pelvis, in level camera axes.
     """
@@ -62,7 +65,7 @@ def camera_matrix(
 
 
 def write_recording(walk: Walk, summary_text: str, path: Path, small: Mapping[int, np.ndarray]) -> None:
-    """Write the recording of a walk's best stretch.
+    """Write the recording of a walk's best stretch for the viewer.
 
     Parameters
     ----------

@@ -30,19 +30,19 @@ from walk3d.film.walk.training import SIZE
 from walk3d.film.walk.verdict import DOUBTFUL_DISTANCE, DOUBTFUL_RESIDUAL, SLOW_STRIDE_HZ, Verdict
 
 NO_PATH = "in place, on a treadmill, or the camera follows"
-"""Description of the locomotion if the walker moves through the image more slowly than the feet imply."""
+"""Words for the locomotion of a walker who moves through the image more slowly than the feet imply."""
 ALTERNATIVE_COST = 60.0
-"""Cost above the best candidate's cost up to which other candidates are listed as alternatives."""
+"""Difference from the cost of the best candidate, up to which other candidates are listed as alternatives."""
 SECOND_SIDE_DEG = 10.0
-"""Angle between heading and nearest main direction, degrees, above which a second visible side is named."""
+"""Angle between heading and nearest main direction, degrees, above which the summary names a second visible side."""
 TURNED_DEG = 20.0
 """Change of heading over a stretch, degrees, above which the path is reported as bent."""
 SINGLE_STRIDE = 1.2
-"""Number of strides below which times and left-right differences are reported to depend on a single stride."""
+"""Number of strides below which the summary warns that times and left-right differences rest on a single stride."""
 OFF_MIDDLE_DEG = 12.0
-"""Angle between walker and image centre, degrees, above which an unknown focal length is mentioned."""
+"""Angle between walker and image centre, degrees, above which the advice mentions an unknown focal length."""
 LEAN_DEG = 9.0
-"""Angle between walker and vertical in the image, degrees, above which a rolled camera is mentioned."""
+"""Angle between walker and vertical in the image, degrees, above which the advice mentions a rolled camera."""
 
 
 def heading_words(heading_rad: float) -> str:
@@ -73,7 +73,7 @@ def heading_words(heading_rad: float) -> str:
 
 
 def units(walk: Walk) -> str:
-    """Return the unit of lengths in the results."""
+    """Return the unit of lengths in the results, in words."""
     return "mm" if walk.stature_mm else "mm of a walker of 1500 mm from ankles to the centre of the head"
 
 
@@ -237,7 +237,7 @@ def _view_angle(reconstruction: Reconstruction, walk: Walk) -> dict[str, Any]:
 
 
 def _usable(reconstruction: Reconstruction) -> list[str]:
-    """Return a list with one sentence that names the usable results of a doubtful walk."""
+    """Return one sentence, in a list, that names the usable results of a doubtful walk."""
     slow = reconstruction.candidates[0].frequency_hz < SLOW_STRIDE_HZ
     reasons = {
         "cadence, times and speeds are wrong if the frame rate is": slow,
@@ -326,7 +326,7 @@ def lean_deg(reconstruction: Reconstruction) -> float:
 
 
 def advice(walk: Walk, stretch: Stretch) -> list[str]:
-    """Return advice for the next film."""
+    """Return advice on how to film the next clip better."""
     reconstruction, sentences = stretch.fitted, []
     heading = abs(np.degrees(reconstruction.fit.x[HEADING]))
     if min(heading, 180.0 - heading) < 20.0:

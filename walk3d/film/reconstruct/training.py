@@ -30,7 +30,10 @@ from walk3d.film.walk import (
 from walk3d.film.walk.calibration import ANYBODY, AS_OURS, LEVELS, StandardErrors, learn
 
 HEADINGS_DEG = (0, 30, -30, 60, -60, 90, -90, 180)
-"""Headings of each person's simulated clips, overground and on a treadmill; a person's walks are used in turn."""
+"""Headings, degrees, of each person's simulated clips.
+
+Each heading is filmed overground and on a treadmill, with a person's walks in turn.
+"""
 MIN_OTHER_PEOPLE = 3
 """Minimum number of people outside the largest laboratory for learning the error bars for any person."""
 
@@ -53,9 +56,7 @@ class Training(Options):
 def left_out_errors(
     walks: Walks, groups: np.ndarray, options: Training, error: DetectorError
 ) -> Iterator[tuple[str, StandardErrors]]:
-    """Yield each person's standardised errors in simulated clips.
-
-    The model of the reconstruction is trained without the person's group.
+    """Yield the standardised errors of each person in simulated clips, for models trained without the person's group.
 
     Parameters
     ----------
@@ -97,7 +98,10 @@ def left_out_errors(
 
 
 def _compacted(full_moments: Moments, options: Training) -> CompactMoments:
-    """Return statistics with the requested number of eigenwalkers, reduced to less than half the number of people."""
+    """Return statistics of walkers with the requested number of eigenwalkers, or fewer if there are few people.
+
+    The number of eigenwalkers is less than half the number of people.
+    """
     return compact(full_moments, min(options.components, (full_moments.walkers - 1) // 2))
 
 

@@ -31,7 +31,9 @@ def with_keypoints(
     tell: Callable[[str], None] = lambda _: None,
     progress: Callable[[int, int], None] = lambda *_: None,
 ) -> Iterator[Input]:
-    """Yield the input options, with a video replaced by the table of its keypoints; other input is unchanged.
+    """Yield the input options, with a video replaced by the table of its keypoints.
+
+    Other input is unchanged.
 
     Parameters
     ----------

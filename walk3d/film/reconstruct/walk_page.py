@@ -27,7 +27,7 @@ _SCRIPTS = ("walker.js", "players.js", "theme.js", _FOLDER / "walk.js")
 
 @dataclass(frozen=True)
 class Frames:
-    """Frames of the film on the page, and the walk in these frames.
+    """Frames of the film that the page shows, with the reconstructed walk in these frames.
 
     Attributes
     ----------
@@ -178,7 +178,7 @@ def _cell(number: Mapping[str, Any]) -> str:
 
 
 def _row(name: str, numbers: Mapping[str, Any]) -> str:
-    """Return a table row for one gait-cycle number: left, right and their difference, or one value for both sides."""
+    """Return an HTML table row for one gait-cycle number: left, right and difference, or one value for both sides."""
     heading = escape(f"{name.replace('_', ' ')}, {numbers['unit']}")
     if "left" in numbers:
         larger = ' class="larger"' if numbers["difference"]["larger_than_its_bar"] else ""
@@ -206,7 +206,10 @@ def _fact(title: str, sentences: Sequence[str]) -> str:
 
 
 def _packed(page: WalkPage) -> dict[str, Any]:
-    """Return the data that the browser draws; frames of a long clip are skipped at regular intervals."""
+    """Return the data of the walk that the page's script draws.
+
+    Frames of a long clip are skipped at regular intervals.
+    """
     frames, cycle, heading = page.frames, page.cycle, page.heading
     every = -(-len(frames.numbers) // MAX_FRAMES)
     numbers = thinned(frames.numbers, MAX_FRAMES)

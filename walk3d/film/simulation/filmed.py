@@ -12,7 +12,7 @@ from walk3d.film.walk import HARMONICS, HEIGHT_MM, TrainingWalk, training_walk
 
 
 def about_pelvis(walks: Walks, number: int) -> np.ndarray:
-    """Return positions (T, 15, 3), mm, of one walk relative to the mean position of the pelvis."""
+    """Return the positions (T, 15, 3), mm, of one walk, with the mean position of the pelvis as origin."""
     return walking.set_origin(walks.motion(number), origin="pelvis_mean")
 
 
@@ -57,7 +57,9 @@ def film(
     longest_s: float = np.inf,
     strides: float = 0.0,
 ) -> SimulatedKeypoints:
-    """Film one walk of a corpus: the middle `longest_s` seconds at most, or a given number of strides.
+    """Simulate the film of one recorded walk.
+
+    The film shows the middle `longest_s` seconds at most, or a given number of strides.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Study of walks from the keypoints of one camera, on simulated clips with ground truth; it is our own study."""
+"""Study of 3D walks that are reconstructed from the keypoints of one camera, on simulated clips with ground truth."""
 
 from pipeline.studies.study import Study
 from walk3d.film.study.changes import KeypointChanges

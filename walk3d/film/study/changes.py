@@ -1,4 +1,4 @@
-"""The same simulated clips under several conditions: degraded films, ablations, and kinds of amateur film."""
+"""Sweep over conditions that change the same simulated clips: degraded films, ablations, and kinds of amateur film."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class ChangedErrors(FilmedErrors):
 
 
 class KeypointChanges(FilmedClips):
-    """Simulated clips under several conditions; each clip has the same random numbers under all conditions."""
+    """Sweep over conditions, with the same clips and random numbers under every condition."""
 
     changes: Changes  # kind of changes: degradations, or ablation
     takes: Several = scaled(value={"full": 16, "smoke": 2})  # number of clips under each condition
@@ -45,7 +45,7 @@ class KeypointChanges(FilmedClips):
 
     @property
     def conditions(self) -> list[Condition]:
-        """Return the conditions, limited to the requested number of levels of each kind."""
+        """Return the conditions of the sweep, with at most the requested number of levels of each kind of change."""
         every = CONDITIONS[self.changes]
         selected = []
         for kind in dict.fromkeys(condition.kind for condition in every):
@@ -101,7 +101,7 @@ class KeypointChanges(FilmedClips):
         }
 
     def cases(self, dataset: FilmedWalkers) -> list[Case]:
-        """Return the clips to be filmed, distributed over people and headings.
+        """Return the clips to simulate, distributed over people and headings.
 
         A condition that needs other sources is left out if too few people would remain.
         """

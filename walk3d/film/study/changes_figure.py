@@ -23,11 +23,11 @@ from walk3d.film.study.shown import Inputs, KeypointFigure
 from walk3d.film.study.tables import errors_by, views_by
 
 ROW_HEIGHT = 0.17
-"""Height of the row of one condition, inches."""
+"""Height of one condition's row in the figure, inches."""
 OURS, AVERAGE = "keypoint_walk", "average_walker"
 AXIS_ENDS = (("error_mm", "joints", 40.0), ("knee_error_deg", "knees", 10.0))
 MAX_VIEW_DEG = 10.0
-"""Limits of the axes; otherwise a few clips with a mistaken view would compress the rest."""
+"""Upper limits of the axes, so that a few clips with a mistaken view do not compress all others."""
 
 
 class KeypointChangesFigure(KeypointFigure):
@@ -36,7 +36,7 @@ class KeypointChangesFigure(KeypointFigure):
     sweep = KeypointChanges
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return the tables of the figure.
+        """Return tables of errors, views and verdicts by condition, and tables of amateur films.
 
         ``table``: errors by condition and method.  ``table_changes``: errors minus those of the same clips
         under the usual condition.
@@ -76,7 +76,7 @@ class KeypointChangesFigure(KeypointFigure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Draw the added errors of each condition, the error of the view, and shares of clips.
+        """Draw the increase of errors under each condition, the errors of the view, and the shares of clips by verdict.
 
         Added errors are relative to the usual condition.
         """
@@ -140,7 +140,7 @@ def _of_kinds(films: pd.DataFrame) -> Tables:
 
 
 def _words(conditions: Sequence[Condition]) -> dict[str, str]:
-    """Return the axis labels of conditions by their index.
+    """Return the axis labels of the conditions, by the index of the condition.
 
     Conditions of one kind follow a heading, which has no index.
     """

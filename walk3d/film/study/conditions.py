@@ -1,4 +1,4 @@
-"""Conditions under which a clip is simulated or reconstructed; each condition changes one thing.
+"""Conditions of the simulated clips; each condition changes one aspect of the film or of the reconstruction.
 
 Degradations make the film worse: errors of the detector; length, rate, distance and height of filming.  The ablation
 leaves out an ingredient of the reconstruction, joints, correct labels, or people like the walker.
@@ -54,7 +54,7 @@ _as_labelled = partial(Fitting, both_labellings=False)
 
 @dataclass(frozen=True, kw_only=True)
 class Condition:
-    """Condition that differs in one respect from the usual condition, or the usual condition.
+    """Condition under which clips are simulated: the usual condition, or one that differs from it in one respect.
 
     Attributes
     ----------
@@ -89,7 +89,7 @@ class Condition:
 
     @property
     def name(self) -> str:
-        """Kind and level of the condition, in words."""
+        """Name of the condition: kind and level of its change."""
         return f"{self.kind}: {self.level}" if self.level else self.kind
 
 
@@ -170,4 +170,7 @@ CONDITIONS: dict[Changes, list[Condition]] = {
         Condition(kind="learnt from", level="other sources", knowledge=Knowledge(other_sources=True)),
     ],
 }  # fmt: skip
-"""All conditions by group: the usual condition first, and the largest change of each kind last."""
+"""Conditions by group.
+
+The usual condition is first, and the largest change of each kind is last.
+"""

@@ -46,7 +46,10 @@ class FilmedWalkers:
 
     @property
     def sources_left_out(self) -> list[str]:
-        """Names of the sources to leave out in turn; empty if too few people would remain without one of them."""
+        """Names of the data sources that are left out one after another.
+
+        The list is empty if too few people would remain without one of the sources.
+        """
         of_people = self.sources
         names = list(dict.fromkeys(of_people.tolist()))
         return names if all((of_people != name).sum() >= MIN_PEOPLE for name in names) else []
@@ -66,8 +69,8 @@ class FilmedWalkersDataset(Dataset):
         people = len(set(clips.person))
         if people < MIN_PEOPLE:
             raise InvalidInput(
-                "too few people to film some who are left out of the model", expected=f"{MIN_PEOPLE} people or more",
-                received=people, code="too_few_people", count=people,
+                "there are too few people to leave some out of the model and simulate films of them",
+                expected=f"{MIN_PEOPLE} people or more", received=people, code="too_few_people", count=people,
             )  # fmt: skip
         walks = training_walks(clips)
         return FilmedWalkers(

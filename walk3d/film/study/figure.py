@@ -20,7 +20,7 @@ from walk3d.film.study.tables import errors_by, views_by
 EVERYBODY = "everybody"
 
 MIN_ROWS = 3
-"""Minimum number of rows, with the row of all people, for which charts by laboratory are drawn."""
+"""Minimum number of table rows, including the row of all people, for charts by laboratory."""
 
 
 class KeypointLaboratoriesFigure(KeypointFigure):
@@ -29,7 +29,7 @@ class KeypointLaboratoriesFigure(KeypointFigure):
     sweep = KeypointLaboratories
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return the tables of the figure.
+        """Return tables of errors, views and coverage of error bars, by laboratory and for all people.
 
         ``table``: errors by laboratory and method, and for all people.  ``table_views``: view, cadence,
         coverage.
@@ -98,7 +98,7 @@ class KeypointLaboratoriesFigure(KeypointFigure):
             picture.charts()
 
     def draws_more_than(self, sheet: Sheet) -> bool:
-        """Return False, because the page shows all charts."""
+        """Return False, because the figure draws no more than the charts on the page."""
         return False
 
 
@@ -108,7 +108,7 @@ class KeypointHeadingsFigure(KeypointFigure):
     sweep = KeypointHeadings
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return the tables of the figure.
+        """Return tables of errors, views and coverage of error bars, by heading.
 
         ``table``: errors by heading and method.  ``table_views``: view, cadence, coverage.  ``table_clips``:
         clips.

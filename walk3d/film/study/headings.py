@@ -1,4 +1,4 @@
-"""Errors and coverage of error bars in simulated clips with headings all around, for people left out of the model."""
+"""Errors and coverage of error bars by heading, in simulated clips of people who are left out of the model."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from walk3d.film.study.measured import HEADINGS_DEG, Case, FilmedClips, side
 
 
 class KeypointHeadings(FilmedClips):
-    """Simulated clips with headings all around."""
+    """Sweep over simulated clips with headings in all directions."""
 
     clips: Annotated[int, bounded(at_least=len(HEADINGS_DEG))] = scaled(
         value={"full": 800, "smoke": 8}
@@ -28,12 +28,12 @@ class KeypointHeadings(FilmedClips):
 
     @property
     def conditions(self) -> list[Condition]:
-        """Return the usual condition, with the requested standard deviation of the detector's bias."""
+        """Return the usual condition alone, with the requested standard deviation of the detector's bias."""
         error = replace(DetectorError(), bias_mm=self.bias_mm)
         return [Condition(error=error, knowledge=Knowledge(floor_mm=self.bias_mm))]
 
     def cases(self, dataset: FilmedWalkers) -> list[Case]:
-        """Return the clips to be filmed: people alternate, and the clips of each person differ in heading."""
+        """Return the clips to simulate, with alternating people and with another heading in each clip of a person."""
         people = dataset.people
         cases = []
         for c in range(self.clips):
@@ -44,7 +44,7 @@ class KeypointHeadings(FilmedClips):
 
 
 class KeypointLaboratories(KeypointHeadings):
-    """Simulated clips of people whose laboratory is left out of the model.
+    """Sweep over simulated clips of people whose laboratory is left out of the model.
 
     If all people have the same source, only the filmed person is left out.
     """
@@ -60,5 +60,5 @@ class KeypointLaboratories(KeypointHeadings):
         return [replace(usual, knowledge=replace(usual.knowledge, other_sources=True))]
 
     def left_out_with(self, dataset: FilmedWalkers) -> list[str]:
-        """Return the laboratory of each person, or the person's name if laboratories cannot be left out."""
+        """Return, for each person, the name of the group that is left out: the laboratory, or else the person alone."""
         return dataset.sources.tolist() if dataset.sources_left_out else dataset.people

@@ -1,4 +1,4 @@
-"""Kinds of amateur film: a pause before the walk, a shaking hand, a wrong frame rate, or no walk at all.
+"""Kinds of amateur film, such as a pause before the walk, a shaking hand, a wrong frame rate, or no walk at all.
 
 Each clip is processed like a real film: tracks of people, walking parts, other frame rates, a verdict.
 """
@@ -22,13 +22,13 @@ from walk3d.film.walk.tracks import find_tracks
 STRIDES, ACTIVITY_S = 2.4, 2.4
 """Number of strides of a walk, and duration of any other activity, s."""
 STANDING_S = 1.2
-"""Duration of standing before and after a walk, s."""
+"""Time, s, for which a person stands before and after a walk."""
 FAR_MM = (6000.0, 8000.0)
 """Range of distances, mm, between the camera and a person who stands and then walks."""
 FREQUENCY_TOLERANCE = 0.15
-"""Relative error of the stride frequency per frame above which the estimate is a different harmonic."""
+"""Relative error of the stride frequency above which the estimate counts as another harmonic of the true frequency."""
 OCCLUSION_SHARE = 0.25
-"""Horizontal distance between two people below which the nearer person hides the other.
+"""Horizontal distance between two people in the image below which the nearer person hides the other.
 
 It is relative to the larger of the two heights in the image.
 """
@@ -63,7 +63,7 @@ class FilmKind:
 
     @property
     def name(self) -> str:
-        """Kind and level of the film, in words."""
+        """Name of the kind of film: its kind and level, in words."""
         return f"{self.kind}: {self.level}" if self.level else self.kind
 
 
@@ -108,7 +108,7 @@ def film_as(
 def crossing(
     generator: np.random.Generator, walks: Walks, number: int, walk: TrainingWalk, walker: SimulatedKeypoints
 ) -> list[SimulatedKeypoints]:
-    """Return a walker and a second person who crosses the image.
+    """Return the simulated keypoints of a walker and of a second person who crosses the image.
 
     Where the two people meet, the farther person is hidden.
     """
@@ -154,7 +154,7 @@ class Seen:
 
 
 def see(people: list[SimulatedKeypoints], frequencies_hz: list[float], stated: float, prior: Prior) -> Seen:
-    """Search the keypoints of all people for a walk, and compare the walk with the ground truth of its walker."""
+    """Find a walk in the keypoints of all people of a film, and compare its reconstruction with the ground truth."""
     length, rate = len(people[0].pixels), stated * people[0].frame_rate_hz
     rows = np.concatenate([person.pixels for person in people])
     frame = np.tile(np.arange(length), len(people))

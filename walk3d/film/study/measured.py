@@ -1,4 +1,4 @@
-"""Sweep over simulated clips, each reconstructed by a model without the walker and compared with the ground truth."""
+"""Sweep over simulated clips, reconstructed by models without the walker and compared with the ground truth."""
 
 from __future__ import annotations
 
@@ -44,12 +44,12 @@ ERRORS = ["error_mm", *(f"{kind}_error_deg" for kind in KINDS)]
 LEVELS_PERCENT = tuple(round(100 * level) for level in LEVELS)
 LABELS = ("labels_right_percent", "labels_unsure_percent", "labels_wrong_unsaid_percent")
 VERDICTS = [*(f"{verdict}_percent" for verdict in Verdict), *LABELS]
-"""Columns for the verdict and for the labels; each value of one clip is 0 or 100 per cent."""
+"""Table columns for the verdict and for the left-right labels, with 0 or 100 per cent for each clip."""
 
 
 @dataclass(frozen=True)
 class FilmedErrors:
-    """Errors of all simulated clips, and the motion of one clip.
+    """Errors of the reconstructions of all simulated clips, and the motion of one clip for display.
 
     Attributes
     ----------
@@ -82,7 +82,7 @@ class FilmedErrors:
 
 @dataclass(frozen=True)
 class Case:
-    """One clip to be filmed: person, walk, heading, and overground or treadmill walking.
+    """One clip to simulate: person, walk, heading, and overground or treadmill walking.
 
     Clips of one `take` have the same random numbers under all conditions.
     """
@@ -97,32 +97,32 @@ class Case:
 
 
 def side(number: int) -> tuple[int, bool]:
-    """Return the heading, degrees, of the clip with this index, and whether the walker moves overground."""
+    """Return the heading of the clip with this index, degrees, and True if the walker moves overground."""
     number %= 2 * len(HEADINGS_DEG)
     return HEADINGS_DEG[number % len(HEADINGS_DEG)], number < len(HEADINGS_DEG)
 
 
 class FilmedClips(Sweep):
-    """Simulated clips; each clip is reconstructed by a model that was trained without its walker."""
+    """Sweep over simulated clips, which are reconstructed by models that were trained without the walker."""
 
     draws_random_numbers = True
 
     @property
     def reads_clips(self) -> bool:
-        """True, because the sweep simulates films of the recorded motion."""
+        """True, because the sweep reads recorded motion to simulate films of it."""
         return True
 
     @property
     @abstractmethod
     def conditions(self) -> list[Condition]:
-        """Return the conditions; the usual condition is first."""
+        """Return the conditions of the sweep; the usual condition is first."""
 
     @abstractmethod
     def cases(self, dataset: FilmedWalkers) -> list[Case]:
-        """Return the clips to be filmed."""
+        """Return the clips that the sweep simulates."""
 
     def measure(self, inputs: Inputs) -> FilmedErrors:
-        """Return the errors of all clips."""
+        """Return the reconstruction errors of all simulated clips."""
         dataset = inputs.dataset
         cases = self.cases(dataset)
         models = [self._model(case, inputs) for case in cases]
@@ -175,14 +175,16 @@ class FilmedClips(Sweep):
         )
 
     def left_out_with(self, dataset: FilmedWalkers) -> list[str]:
-        """Return a label for each person.
+        """Return, for each person, the name of the group whose clips are left out of the calibration of error bars.
+
+        The error bars of a clip are calibrated on the clips of all other groups.
 
         The error bars of a clip are calibrated without all clips that have the same label.
         """
         return dataset.people
 
     def _model(self, case: Case, inputs: Inputs) -> int:
-        """Return the index of the model without the walker's group, or without the walker's source if required."""
+        """Return the index of the model that was trained without the walker's group, or without its data source."""
         other_sources = self.conditions[case.condition].knowledge.other_sources
         source = inputs.model.source[case.person]
         return source if other_sources and source >= 0 else inputs.model.group[case.person]
@@ -222,10 +224,7 @@ class FilmedClips(Sweep):
 
 
 def calibrations_by_person(person: np.ndarray, measured: list[ClipErrors]) -> dict[str, Calibration]:
-    """Return the multipliers of error bars for each label, learnt from all clips with different labels.
-
-    A label is a person or a laboratory.
-    """
+    """Return the multipliers of error bars for each person or laboratory, learnt from the clips of all others."""
     calibrations = {}
     for label in dict.fromkeys(person):
         others = [m for name, m in zip(person, measured, strict=True) if name != label]
@@ -234,7 +233,7 @@ def calibrations_by_person(person: np.ndarray, measured: list[ClipErrors]) -> di
 
 
 def covered(measured: ClipErrors, calibration: Calibration | None) -> np.ndarray:
-    """Return the share (3,) of joint coordinates within their error bars at each level.
+    """Return the coverage (3,) of the joints' error bars in one clip, as a share, at each of three levels.
 
     Without a calibration, the error bars are those of the posterior.
     """
@@ -250,7 +249,10 @@ def covered(measured: ClipErrors, calibration: Calibration | None) -> np.ndarray
 
 
 def covered_cycle(measured: ClipErrors, calibration: Calibration) -> dict[str, float]:
-    """Return the errors of events, ms, and the coverage of 95 % error bars of angles and of gait-cycle quantities."""
+    """Return a clip's errors of gait events, ms, and coverage of error bars for angles and gait-cycle numbers.
+
+    The error bars are those of 95 %.
+    """
     half = NORMAL[-1] * calibration.angles[KIND_OF, -1], NORMAL[-1] * calibration.cycle[:, -1]
     cycle = np.concatenate([z <= wide for z, wide in zip(measured.over_sd.cycle, half[1], strict=True)])
     return {
@@ -261,7 +263,7 @@ def covered_cycle(measured: ClipErrors, calibration: Calibration) -> dict[str, f
 
 
 def of_clip(measured: ClipErrors, calibration: Calibration) -> dict[str, float]:
-    """Return the row of one clip: errors of view and cadence, residual, coverage of error bars, verdict and labels."""
+    """Return the table row of one clip: errors of view and cadence, residual, coverage, verdict and labels."""
     labels = (
         measured.labels_right,
         measured.labels_unsure,

@@ -27,14 +27,14 @@ from walk3d.film.walk.prior import BONE_FACTOR
 from walk3d.film.walk.training import BLOCKS
 
 LOOSE_BONE_FACTOR = 1e3
-"""Factor on the tolerances of bone lengths that makes the bone lengths ineffective as a constraint."""
+"""Factor on the tolerances of bone lengths that is so large that bone lengths are not constrained."""
 MIN_VARIANCE = 1e-6
-"""Variance, mm², of the coefficients of a harmonic that is left out."""
+"""Variance, mm², that the coefficients of an omitted harmonic keep in the model."""
 
 
 @dataclass(frozen=True)
 class KeypointWalkers:
-    """Compact models of walkers, each learnt without one group of people or without one source.
+    """Compact models of walkers, each trained without one group of people or without one data source.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class KeypointWalkers:
     words: str
 
     def prior(self, left_out: int, knowledge: Knowledge) -> Prior:
-        """Return the prior that was learnt without one group of people or one source."""
+        """Return the prior of the model that was trained without one group of people or one data source."""
         return prepare(
             with_harmonics(model_of(expand(part(self.moments, left_out))), knowledge.harmonics),
             Detector(floor_mm=np.full(JOINTS, knowledge.floor_mm)),
@@ -65,7 +65,7 @@ class KeypointWalkers:
 
 
 def with_harmonics(model: WalkerModel, harmonics: int) -> WalkerModel:
-    """Return the model with all harmonics above `harmonics` set to zero."""
+    """Return the model with the coefficients of all harmonics above `harmonics` set to zero."""
     present = np.arange(BLOCKS) < 1 + 2 * harmonics
     every = np.tile(present, JOINTS * 3)
     covariance = np.where(np.outer(every, every), model.covariance, 0.0)
@@ -74,7 +74,7 @@ def with_harmonics(model: WalkerModel, harmonics: int) -> WalkerModel:
 
 
 class KeypointWalkersModel(Model):
-    """Models of the same form as the shipped model: eigenwalkers and a structured covariance of the remainder."""
+    """Models in the form of the shipped model, with eigenwalkers and a structured covariance of the remainder."""
 
     dataset = FilmedWalkersDataset
 
@@ -82,7 +82,7 @@ class KeypointWalkersModel(Model):
     groups: Several = 8  # number of groups of people; each group is left out as a whole
 
     def learn(self, dataset: FilmedWalkers, *, workers: int) -> KeypointWalkers:
-        """Return the models learnt without each group of people, and without each source if enough people remain."""
+        """Train one model without each group of people and, if enough people remain, one without each data source."""
         people = dataset.people
         groups = min(self.groups, len(people))
         group = np.arange(len(people)) % groups

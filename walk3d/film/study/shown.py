@@ -22,7 +22,7 @@ METHODS = {
 
 
 class KeypointFigure(Figure):
-    """Figure of simulated clips, with a recording of one of them."""
+    """Figure of simulated clips that also records one of the clips for the viewer."""
 
     model = KeypointWalkersModel
 

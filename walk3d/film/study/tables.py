@@ -1,4 +1,4 @@
-"""Tables of simulated clips: by clip, by person, and by heading or condition."""
+"""Tables of errors in simulated clips, by clip, person, heading or condition."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from walk3d.film.study.measured import ERRORS, VERDICTS
 from walk3d.film.walk.cycle import EVENTS
 
 TURNED_DEG = 30.0
-"""Error of the view, degrees, above which the view counts as mistaken for a different view."""
+"""Error of the view, degrees, above which a clip counts as reconstructed from a mistaken view."""
 WRONG_CADENCE_PERCENT = 15.0
-"""Error of the cadence, per cent, above which the cadence belongs to a different harmonic."""
+"""Error of the cadence, per cent, above which the estimate counts as another harmonic of the true cadence."""
 
 
 def errors_by(people: pd.DataFrame, by: list[str]) -> pd.DataFrame:
-    """Return mean errors over clips for each group of rows, with confidence intervals over people."""
+    """Return the mean errors of clips for each group of table rows, with confidence intervals over people."""
     means = {name: (name, "mean") for name in ERRORS}
     table = aggregate(people, by, means, ERRORS, cluster="person", count="clips")
     return table[[*by, "clips", *(f"{name}{end}" for name in ERRORS for end in ("", "_low", "_high"))]]
 
 
 def views_by(clips: pd.DataFrame, group: pd.Series) -> list[dict[str, Any]]:
-    """Return errors of view and cadence, and coverage of error bars, for each group of clips."""
+    """Return a table row for each group of clips, with errors of view and cadence, and coverage of error bars."""
     rows = []
     for key, part in clips.groupby(group, sort=True):
         off, cadence = part["view_distance_deg"], part["cadence_error_percent"].abs()

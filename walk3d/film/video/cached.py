@@ -66,7 +66,7 @@ def keypoints_table(
         if not (package := missing_package(error)):
             raise
         raise InvalidInput(
-            f"a video needs {install_hint(package)}", "input.path", received=video.name,
+            f"the detection of keypoints in a video needs {install_hint(package)}", "input.path", received=video.name,
             code="missing_package", typed=True, package=package
         ) from error  # fmt: skip
     filmed = keypoints_of(video, pose, lambda done: progress(done, every))
@@ -84,13 +84,13 @@ def keypoints_table(
 
 
 def copy(earlier: Path, folder: Path) -> None:
-    """Copy the table of keypoints and the file with facts about the video to another folder."""
+    """Copy the table of a video's keypoints, and the file with facts about the video, to another folder."""
     for name in (TABLE, ABOUT):
         shutil.copyfile(earlier / name, folder / name)
 
 
 def resampled_hz(folder: Path) -> float:
-    """Return the frame rate, Hz, to which a video with non-uniform time stamps was resampled; 0 without resampling."""
+    """Return the frame rate, Hz, to which a video with non-uniform time stamps was resampled, or 0."""
     about = _about(folder)
     return float(str(about["frame_rate_hz"])) if about.get("uneven") else 0.0
 

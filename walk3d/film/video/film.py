@@ -16,17 +16,17 @@ from pipeline.validation import InvalidInput
 from walk3d.film.video.pose import MIN_SCORE, Pose, silent
 
 DETECT_EVERY = 15
-"""Number of frames between two searches for people who are not yet tracked."""
+"""Number of frames between two searches for new people in a video."""
 MAX_PEOPLE = 4
 SAME_PERSON_SHARE = 0.25
-"""Distance between the centres of two squares below which both squares belong to the same person.
+"""Distance between the centres of two squares around people below which both squares belong to the same person.
 
 It is relative to the side of the larger square.
 """
 STEP_TOLERANCE = 0.2
 """Relative deviation of a time step from the median step above which the video is resampled to uniform steps."""
 MAX_GAP_FRAMES = 3.0
-"""Longest gap, in steps of the uniform grid, over which keypoints are interpolated."""
+"""Longest gap over which keypoints are interpolated, in frames of the resampled video."""
 _SHOULDERS, _HIPS = slice(11, 13), slice(23, 25)
 """Indices of the shoulders and of the hips among the 33 landmarks."""
 
@@ -71,7 +71,10 @@ def pictures(path: Path) -> Iterator[tuple[float, np.ndarray]]:
     try:
         if not video.isOpened():
             raise InvalidInput(
-                "the video cannot be opened", path.name, "a film that FFmpeg reads", code="unreadable"
+                "the video cannot be opened",
+                path.name,
+                "a video file that FFmpeg can read",
+                code="unreadable",
             )
         while True:
             has_picture, picture = video.read()
@@ -209,7 +212,10 @@ def frame_rate(times: np.ndarray, stated_hz: float) -> tuple[float, bool]:
 def on_even_grid(
     at: np.ndarray, person: np.ndarray, points: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return frame, person and points at whole frames, interpolated from points at fractional frames `at` (N,)."""
+    """Interpolate the points of each person at whole frames, from points at fractional frames `at` (N,).
+
+    Return the frame, the person and the points of each row.
+    """
     parts = []
     for number in np.unique(person):
         rows = np.flatnonzero(person == number)

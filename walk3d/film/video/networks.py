@@ -19,7 +19,7 @@ from pipeline.validation import InvalidInput
 
 PACKAGE = "mediapipe==0.10.21"
 WHEEL = "mediapipe-0.10.21-cp311-cp311-manylinux_2_28_x86_64.whl"
-"""Wheel that contains the networks.
+"""Wheel file that contains the networks.
 
 The wheels of all platforms contain the same networks, but only this wheel's digest is known.
 """
@@ -40,7 +40,10 @@ FILES = {
 }
 """Files to extract, each with its path in the wheel and its SHA-256 digest."""
 CACHE = "GAIT_PIPELINE_CACHE"
-"""Environment variable with the parent of the cache folder; the default is the user's cache."""
+"""Environment variable that names the parent of the cache folder.
+
+The default is the user's cache.
+"""
 WAIT_S = 600
 
 
@@ -70,7 +73,7 @@ def networks(tell: Callable[[str], None] = lambda _: None) -> Path:
 def _require(path: Path, digest: str) -> None:
     actual = hashlib.sha256(path.read_bytes()).hexdigest()
     if actual != digest:
-        raise InvalidInput("the file differs from the published one; delete it to fetch it again", path,
+        raise InvalidInput("the file differs from the published file: delete it to download it again", path,
                            f"sha256 {digest}", actual, code="wrong_digest")  # fmt: skip
 
 
@@ -79,8 +82,8 @@ def _fetch(cache: Path) -> None:
         cache.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InvalidInput(
-            "the folder for the pose networks cannot be made", cache,
-            f"a folder that {CACHE} names", error.strerror, code="cannot_write"
+            "the folder for the pose networks cannot be created", cache,
+            f"the name of a writable folder in the environment variable {CACHE}", error.strerror, code="cannot_write"
         ) from None  # fmt: skip
     with tempfile.TemporaryDirectory(dir=cache) as name:
         command = [
@@ -96,7 +99,7 @@ def _fetch(cache: Path) -> None:
         if not wheel.is_file():
             raise InvalidInput(
                 "the pose networks are not installed and could not be fetched", cache,
-                f"{', '.join(FILES)}, or an internet connection for pip to get {PACKAGE}", output[-1],
+                f"the files {', '.join(FILES)}, or an internet connection for pip to download {PACKAGE}", output[-1],
                 code="not_fetched", output=output[-1]
             )  # fmt: skip
         _require(wheel, WHEEL_SHA256)

@@ -1,4 +1,4 @@
-"""Detection of people in one image: one network finds people, and another network places 33 landmarks on each.
+"""Detection of people and of their 33 landmarks in one image, by two neural networks.
 
 Symbols
 -------
@@ -24,14 +24,15 @@ from walk3d.film.video.networks import FILES
 
 DETECTOR_PX, LANDMARK_PX = 224, 256
 GRIDS = ((28, 2), (14, 2), (7, 6))
-"""Number of cells along each side of a grid, and number of anchors per cell, for each of three grids."""
+"""Number of cells along each side, and number of anchors per cell, for each of the person detector's three grids."""
 MIN_SCORE = 0.5
 OVERLAP = 0.3
 """Intersection over union of two boxes above which both detections belong to the same person."""
 MARGIN = 1.25
 LANDMARKS = 33
 AUXILIARY = (33, 34)
-"""Indices, after the landmarks, of the midpoint of the hips and of a point on the circle around the body."""
+"""Indices of two auxiliary points after the landmarks: the middle of the hips, and a point on a circle around the body.
+"""
 
 
 @contextmanager
@@ -59,13 +60,13 @@ def anchors() -> np.ndarray:
 
 
 def region_of(centre: np.ndarray, rim: np.ndarray) -> np.ndarray:
-    """Return the region (px) that encloses a circle, given the circle's centre and the top of its rim."""
+    """Return the square region around a person, px, given the centre and the top of a circle around the body."""
     away = rim - centre
     return np.array([*centre, 2.0 * MARGIN * np.hypot(*away), np.arctan2(away[0], -away[1])])
 
 
 def _to_square(region: np.ndarray, size: int) -> np.ndarray:
-    """Return the affine map (2, 3) from the image to the upright square of a region."""
+    """Return the affine map (2, 3) from image pixels to the pixels of a person's upright square region."""
     x, y, side, turn = region
     scale = size / side
     c, s = scale * np.cos(turn), scale * np.sin(turn)
@@ -163,7 +164,7 @@ class Pose:
 
 
 def _middles(extent: float, side: float) -> np.ndarray:
-    """Return the centres of windows along an extent; each window overlaps the next one by at least half."""
+    """Return the centres of windows that cover an extent, each overlapping the next one by at least half."""
     spare = max(extent - side, 0.0)
     return extent / 2.0 + np.linspace(-spare / 2.0, spare / 2.0, 1 + int(np.ceil(2.0 * spare / side)))
 

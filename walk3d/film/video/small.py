@@ -25,14 +25,14 @@ KEY_PX = 360
 MAX_KEY_CHARACTERS = 590_000
 """Maximum total number of base64 characters of the key frames."""
 _COUNTS, _QUALITIES = (80, 40, 20, 10), (70, 50)
-"""Maximum numbers of key frames, and JPEG qualities.
+"""Candidate values of the maximum number of key frames, and candidate JPEG qualities.
 
 The first combination within `MAX_KEY_CHARACTERS` is used.
 """
 
 
 def thinned(numbers: Sequence[int] | np.ndarray, most: int) -> np.ndarray:
-    """Return every k-th number, with the smallest k that leaves `most` numbers or fewer.
+    """Return every k-th number of a sequence, with the smallest k that leaves at most `most` numbers.
 
     Examples
     --------
@@ -80,7 +80,9 @@ def walkers_part(points_px: np.ndarray, size_px: np.ndarray) -> tuple[float, flo
 
 
 def key_frames(small: Mapping[int, np.ndarray], part: Sequence[float]) -> list[tuple[int, str]]:
-    """Return key frames as pairs of frame index and JPEG in base64, at most `MAX_KEY_CHARACTERS` in all.
+    """Return key frames of a film as pairs of frame index and JPEG image in base64.
+
+    They have at most `MAX_KEY_CHARACTERS` in all.
 
     Parameters
     ----------

@@ -19,13 +19,16 @@ LEVELS = (0.5, 0.8, 0.95)
 NORMAL = (0.6744897501960817, 1.2815515655446004, 1.959963984540054)
 """Half widths, in standard deviations, of the central intervals of a normal distribution at each of `LEVELS`."""
 GROUPS = ("head", "sternum", "shoulder", "elbow", "wrist", "hip", "knee", "ankle")
-"""Groups of joints with common multipliers; the pelvis is the origin and has no error bar."""
+"""Groups of joints that share the multipliers of their error bars.
+
+The pelvis is the origin and has no error bar.
+"""
 GROUP_OF = np.array([
     -1 if joint == "pelvis" else GROUPS.index(joint.split("_")[-1]) for joint in WALKER15.joints
 ])  # fmt: skip
 KIND_OF = np.array([KINDS.index(name.split("_")[-1]) for name in ANGLES])
 CYCLE_KINDS = (*EVENTS, *SIDED, *(f"{kind}_difference" for kind in SIDED), *WHOLE)
-"""Kinds of gait-cycle quantities.
+"""Kinds of gait-cycle quantities, each with separate multipliers of its error bars.
 
 In order: event times, numbers of one side, left-right differences of these numbers, numbers of the whole walk.
 """
@@ -33,9 +36,12 @@ CYCLE_KIND_OF = np.array([
     CYCLE_KINDS.index(f"{kind}_{side}" if side == "difference" else kind) for kind, side in NUMBERS
 ])  # fmt: skip
 VIEW_EXTRA_RAD = np.radians(2.5)
-"""Standard deviation, rad, added in quadrature to the heading's, since people walk a few degrees crabwise."""
+"""Standard deviation, rad, that is added in quadrature to that of the heading.
+
+The reason is that people walk a few degrees sideways.
+"""
 CADENCE_EXTRA = 0.005
-"""Relative standard deviation, added in quadrature to the relative standard deviation of the cadence."""
+"""Relative standard deviation that is added in quadrature to that of the cadence."""
 AS_OURS, ANYBODY = "measured_as_ours", "anybody"
 """Kinds of error bars.
 
@@ -67,7 +73,7 @@ class Calibration:
 
 @dataclass(frozen=True)
 class StandardErrors:
-    """Errors of one clip, divided by the standard deviations of the posterior.
+    """Errors of the reconstruction of one clip, in units of the posterior's standard deviations.
 
     Attributes
     ----------
@@ -122,5 +128,5 @@ def angle_half_widths(calibration: Calibration, sd_rad: np.ndarray, level: int) 
 
 
 def cycle_half_widths(calibration: Calibration, sd: np.ndarray, level: int) -> np.ndarray:
-    """Return half widths (…, 25) of error bars of `NUMBERS` at one of `LEVELS`, from standard deviations (…, 25)."""
+    """Return half widths (…, 25) of the error bars of gait-cycle numbers, from their standard deviations (…, 25)."""
     return sd * calibration.cycle[CYCLE_KIND_OF][:, level] * NORMAL[level]

@@ -1,4 +1,4 @@
-"""Events and gait numbers of the average gait cycle, with derivatives with respect to the walker's coefficients.
+"""Events and numbers of the average gait cycle, with derivatives with respect to the walker's coefficients.
 
 A foot's contact is soon after its ankle is farthest in front of the pelvis.  Its toe-off is soon after the ankle is
 farthest behind [Zeni 2008; of ankles from keypoints: Stenum 2021].  The walker is periodic: one average cycle.
@@ -24,34 +24,35 @@ from walk3d.film.walk.training import BLOCKS, SIZE
 
 EVENTS = ("contact", "toe_off")
 EVENT_DELAYS = (0.032, 0.012)
-"""Delay of each event after the nearest turning point of the ankle, as a share of the cycle.
+"""Delay of contact and of toe-off after the nearest turning point of the ankle, as a share of the gait cycle.
 
 They are means of 54 events that a laboratory marked for 12 children.  They predict the other events of these children
-with a median error of 7 and 11 ms (`tests/benchmarks/gait_events.py`)."""
+with a median error of 7 and 11 ms (`tests/benchmarks/gait_events.py`).
+"""
 SIDED = ("step_time", "stance", "step_length", "hip_most", "hip_least", "knee_most", "knee_least")
-"""Gait numbers of one side, in s, shares of the cycle, mm, or rad.
+"""Names of the gait-cycle numbers of one side, in s, shares of the cycle, mm or rad.
 
 ``most`` and ``least`` are the maximum and the minimum of an angle.
 """
 WHOLE = ("stride_time", "double_support", "stride_length", "step_width")
-"""Gait numbers of the whole walk, in s, share of the cycle, mm, and mm."""
+"""Names of the gait-cycle numbers of the whole walk, in s, shares of the cycle or mm."""
 NUMBERS = (
     *((kind, side) for kind in SIDED for side in (*SIDES, "difference")),
     *((kind, "") for kind in WHOLE),
 )
-"""Kind and side of each gait number; ``difference`` is left minus right."""
+"""Kind and side of each gait-cycle number; ``difference`` is left minus right."""
 _STEPS = 4
-"""Number of Newton steps towards the phase of an event, from a start within a degree of the solution."""
+"""Number of Newton steps that refine the phase of a gait event, from an initial error of less than a degree."""
 _GRID = equal_phases(360)
 _BASIS = cycle_basis(_GRID, BLOCKS)
 _ORDER = np.repeat(np.arange(BLOCKS // 2 + 1), 2)[1:]
-"""Harmonic (9,) to which each Fourier coefficient belongs."""
+"""Number of the harmonic to which each of the nine Fourier coefficients belongs."""
 _ANGLES = [ANGLES.index(f"{side}_{kind}") for kind in ("hip", "knee") for side in SIDES]
 
 
 @dataclass(frozen=True)
 class GaitCycle:
-    """Events and gait numbers of the average gait cycle of one walk.
+    """Events and numbers of the average gait cycle of one walk.
 
     Attributes
     ----------
@@ -71,14 +72,14 @@ class GaitCycle:
 
 
 def _product(factor: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return the product of two quantities; each quantity is an array (408,) of a value and its derivatives."""
+    """Return the product of two quantities with derivatives, each an array (408,) of the value and its derivatives."""
     product = factor[0] * other + other[0] * factor
     product[0] = factor[0] * other[0]
     return product
 
 
 def _at(walker: np.ndarray, joint: int, axis: int, psi: np.ndarray) -> np.ndarray:
-    """Return a joint's coordinate at a phase.
+    """Return a joint's coordinate at a phase of the gait cycle, with its derivatives.
 
     Coordinate and phase are arrays (408,) of a value and its derivatives.
     """
@@ -90,7 +91,7 @@ def _at(walker: np.ndarray, joint: int, axis: int, psi: np.ndarray) -> np.ndarra
 
 
 def _event(walker: np.ndarray, ankle: int, sign: float, later: float) -> np.ndarray:
-    """Return the phase of an event and its derivatives, as an array (408,).
+    """Return the phase of a gait event and its derivatives, as an array (408,).
 
     The event comes soon after the ankle is farthest in front (sign 1) or farthest behind (sign -1).
     """
@@ -109,14 +110,14 @@ def _event(walker: np.ndarray, ankle: int, sign: float, later: float) -> np.ndar
 
 
 def _share(later: np.ndarray, earlier: np.ndarray) -> np.ndarray:
-    """Return the share of the cycle from one phase to the next occurrence of another phase, with its derivatives."""
+    """Return the share of the cycle from the phase `earlier` to the next phase `later`, with its derivatives."""
     share = (later - earlier) / (2.0 * np.pi)
     share[0] %= 1.0
     return share
 
 
 def gait_cycle(walker: np.ndarray, frequency_hz: float, belt: np.ndarray) -> GaitCycle:
-    """Return the events and gait numbers of a walker's average cycle.
+    """Return the events and numbers of a walker's average gait cycle.
 
     Parameters
     ----------
@@ -166,7 +167,7 @@ def gait_cycle(walker: np.ndarray, frequency_hz: float, belt: np.ndarray) -> Gai
 
 
 def deviations(slopes: np.ndarray, covariance: np.ndarray) -> np.ndarray:
-    """Return standard deviations (…) of quantities from their derivatives (…, 407) and a covariance (407, 407)."""
+    """Return standard deviations (…) of quantities, given their derivatives (…, 407) and the walker's covariance."""
     return np.sqrt(np.maximum(((slopes @ covariance) * slopes).sum(axis=-1), 0.0))
 
 
@@ -208,7 +209,7 @@ def event_times(
 def angle_curves(
     walker: np.ndarray, covariance: np.ndarray, cycle: GaitCycle, count: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return angles (2, K, 11), rad, from each foot's contact to its next contact, and their standard deviations.
+    """Return joint angles (2, K, 11), rad, from each foot's contact to its next contact, and their standard deviations.
 
     Parameters
     ----------

@@ -19,12 +19,12 @@ from walk3d.film.walk.view import level_axes
 
 _HIPS = [LEFT_LEG[0], RIGHT_LEG[0]]
 SCORED = [joint for joint in range(len(WALKER15.joints)) if joint != PELVIS]
-"""Joints whose errors count: all joints except the pelvis, which is the origin."""
+"""Joints whose errors are averaged: all joints except the pelvis, which is the origin."""
 _MIN_SD_MM = 1e-9
 
 
 def level_angles(positions_mm: np.ndarray, heading_rad: np.ndarray | float) -> np.ndarray:
-    """Return joint angles (T, 11), rad, from positions (T, 15, 3) in level camera axes and headings (T,), rad."""
+    """Return joint angles (T, 11), rad, given positions (T, 15, 3) in level camera axes and headings (T,), rad."""
     return sagittal_angles(positions_mm @ level_axes(heading_rad))
 
 
@@ -58,7 +58,7 @@ def joint_errors(reconstruction: Reconstruction, truth_mm: np.ndarray) -> np.nda
 def event_errors(
     reconstruction: Reconstruction, truth_mm: np.ndarray, heading_rad: float
 ) -> list[np.ndarray]:
-    """Return the errors of contact times and of toe-off times, each (n, 2): in seconds, and in standard deviations.
+    """Return the errors of contact times and of toe-off times, each (n, 2), in seconds and in standard deviations.
 
     Each true event, from a spline through the recorded ankles, is compared with the nearest estimate.  Both feet are
     pooled.
@@ -83,21 +83,21 @@ def event_errors(
 
 
 def number_errors(reconstruction: Reconstruction, walk: TrainingWalk) -> np.ndarray:
-    """Return the errors (25,) of the gait numbers relative to the recorded walk, in standard deviations."""
+    """Return the errors (25,) of the gait-cycle numbers of a reconstruction, in units of their standard deviations."""
     truth = gait_cycle(walk.walker, walk.frequency_hz, stance_rows(walk.walker)[1])
     off = reconstruction.cycle.values - truth.values
     return off / deviations(reconstruction.cycle.slopes, reconstruction.posterior.covariance)
 
 
 def average_walker_mm(reconstruction: Reconstruction) -> np.ndarray:
-    """Return a baseline (T, 15, 3), mm: the average walker with the estimated heading, phase and frequency."""
+    """Return a baseline (T, 15, 3), mm: the average walker with the estimated heading, phase and stride frequency."""
     return relative_positions(
         reconstruction.fit.objective.prior.model.mean, reconstruction.fit.x, reconstruction.fit.times
     )
 
 
 def image_kept_mm(reconstruction: Reconstruction) -> np.ndarray:
-    """Return a baseline (T, 15, 3), mm: the observed positions in the image with the average walker's depth.
+    """Return a baseline (T, 15, 3), mm: the observed positions in the image, with the average walker's depth.
 
     Missing keypoints are those of the average walker.  The origin is the pelvis, or the middle of the hips if the
     pelvis is never seen.
@@ -114,7 +114,9 @@ def image_kept_mm(reconstruction: Reconstruction) -> np.ndarray:
     middle = [PELVIS] if visible[:, PELVIS].any() else _HIPS
     frames = np.flatnonzero(visible[:, middle].all(axis=1))
     if not len(frames):
-        raise InvalidInput("neither the pelvis nor the hips are ever seen", code="pelvis_not_seen")
+        raise InvalidInput(
+            "neither the pelvis nor both hips are visible in any frame", code="pelvis_not_seen"
+        )
     origin = metric[:, middle].mean(axis=1)
     every = np.arange(len(metric))
     pelvis = np.stack([np.interp(every, frames, origin[frames, axis]) for axis in (0, 1)], axis=-1)
@@ -129,7 +131,7 @@ def standard_errors(
     walk: TrainingWalk,
     events: list[np.ndarray],
 ) -> StandardErrors:
-    """Return all errors of a clip relative to its ground truth, in standard deviations."""
+    """Return all errors of a reconstructed clip in units of the posterior's standard deviations."""
     x, posterior = reconstruction.fit.x, reconstruction.posterior
     off = x[HEADING] - heading_rad
     away = [np.arctan2(np.sin(off), np.cos(off)), x[LOG_F] - np.log(walk.frequency_hz)]

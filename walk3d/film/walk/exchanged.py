@@ -1,4 +1,6 @@
-"""Frames in which a detector exchanged left and right, from the labels with the smallest total cost.
+"""Search for the frames in which a detector exchanged left and right.
+
+The result is the sequence of labels with the smallest total cost.
 
 Legs and arms have separate labels.
 
@@ -45,7 +47,7 @@ def cheapest_labels(unchanged: np.ndarray, exchanged: np.ndarray) -> np.ndarray:
 
 
 def exchange(values: np.ndarray, frames: dict[str, np.ndarray]) -> np.ndarray:
-    """Return keypoints or weights (T, 15, …) with left and right exchanged in the frames (T,) given for each limb."""
+    """Return keypoints or weights (T, 15, …) with left and right exchanged in the given frames of legs and arms."""
     which = np.zeros(values.shape[:2], bool)
     for limb, pairs in LIMBS.items():
         which[:, np.ravel(pairs)] = frames[limb][:, None]

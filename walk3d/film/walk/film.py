@@ -31,13 +31,19 @@ Neighbouring windows overlap by half.
 MIN_WINDOW_STRIDES = 1.5
 """Minimum number of strides of an accepted window; with many windows, a single stride may fit by chance."""
 DISTANCE_FACTOR = 2.0
-"""Multiple of `MAX_DISTANCE` above which windows, and stretches at other frame rates, are not refined."""
-HEADING_TOLERANCE_RAD = np.radians(40.0)
-"""Difference in heading, rad, below which neighbouring windows are joined."""
-ALTERNATIVE_RATES = (2.0, 4.0, 0.5)
-"""Factors on the frame rate that are tried without a clear walk: slow motion, and doubled or halved frame rates.
+"""Factor on `MAX_DISTANCE`; windows whose images are farther from all walkers are not refined.
 
-The walk with the smallest residual is chosen.  The last factor is tried only if no other gives a walk."""
+The limit also applies to stretches at other frame rates.
+"""
+HEADING_TOLERANCE_RAD = np.radians(40.0)
+"""Difference in heading, rad, below which neighbouring windows with a walk are joined to one stretch."""
+ALTERNATIVE_RATES = (2.0, 4.0, 0.5)
+"""Factors on the stated frame rate that are tried if no clear walk is found.
+
+The film may be in slow motion, or the file may state half or twice the true rate.
+
+The walk with the smallest residual is chosen.  The last factor is tried only if no other gives a walk.
+"""
 MAX_RETRIED_STRETCHES = 2
 """Maximum number of stretches that are tried at each alternative frame rate."""
 MAX_RESIDUAL_SHARE = 0.6
@@ -46,9 +52,9 @@ MAX_RESIDUAL_SHARE = 0.6
 The ratio is the residual of the walk at the other frame rate over that of the doubtful or very short walk.
 """
 PERIOD_TOLERANCE = 0.1
-"""Relative difference below which two stride periods, in frames, count as equal."""
+"""Relative difference below which two stride periods count as equal."""
 RATE_STRIDE_HZ, RATE_STRIDES = (0.7, 1.3), 2.0
-"""Range of stride frequencies, Hz, and minimum number of strides of a walk at another frame rate."""
+"""Range of stride frequencies, Hz, and minimum number of strides, of a walk that is accepted at another frame rate."""
 
 
 @shortened
@@ -82,12 +88,12 @@ class Stretch:
 
     @property
     def walks(self) -> bool:
-        """True if the stretch is or may be a walk."""
+        """True if the verdict on the stretch is a walk or a doubtful walk."""
         return self.judgement.verdict != Verdict.not_a_walk
 
     @property
     def fitted(self) -> Reconstruction:
-        """Reconstruction of the stretch; it exists if the stretch is or may be a walk."""
+        """Reconstruction of a stretch that is a walk or a doubtful walk."""
         assert self.reconstruction is not None
         return self.reconstruction
 
@@ -122,7 +128,7 @@ class Film:
     focal_sd: float = FOCAL_SD
 
     def stretch(self, start: int, stop: int, *, quick: bool = False) -> Stretch:
-        """Reconstruct the frames from `start` to `stop` (exclusive).
+        """Reconstruct the stretch from frame `start` to frame `stop` (exclusive), and judge if it is a walk.
 
         With `quick`, exchanged labels are not tried, and images that are far from all walkers are not refined.
         """
@@ -149,7 +155,7 @@ class Film:
         return Stretch(first, last, pixels, reconstruction, judgement, together)
 
     def parts(self) -> list[tuple[int, int]]:
-        """Return the parts in which the legs move on a straight path, the longest first.
+        """Return the parts of the film in which the legs move on a straight path, the longest first.
 
         A part is its first frame and the frame after its last.
         """
@@ -162,7 +168,7 @@ class Film:
         return sorted(parts, key=lambda part: (part[0] - part[1], part[0]))
 
     def walking_parts(self, start: int, stop: int) -> list[Stretch]:
-        """Return the stretches of walking within frames that are not a walk as a whole.
+        """Return the stretches of walking within a range of frames that as a whole is not a walk.
 
         An example is a turn while the camera follows.
 
@@ -220,13 +226,15 @@ class FilmResult:
 
 
 def best_of(stretches: Sequence[Stretch]) -> Stretch:
-    """Return the stretch with the best verdict; if several have the same verdict, the first one."""
+    """Return the stretch with the best verdict; if several stretches have this verdict, return the first one."""
     order = list(Verdict)
     return min(stretches, key=lambda stretch: order.index(stretch.judgement.verdict))
 
 
 def reconstruct_film(film: Film) -> FilmResult:
-    """Find, reconstruct and judge the walking in a film; other frame rates are tried if there is no clear walk.
+    """Find the walking in a film, reconstruct it, and judge the result.
+
+    Other frame rates are tried if there is no clear walk.
 
     A very slow walk is replaced by one at another rate if that fits better and has another period: in slow motion from
     the front, a step may pass for a stride.  With the same period it stays, because it may be slow.  A doubtful or very
@@ -267,7 +275,7 @@ def reconstruct_film(film: Film) -> FilmResult:
 
 
 def _residual_px(stretch: Stretch) -> float:
-    """Return the residual, px, if the stretch is a clear walk of usual cadence; otherwise infinity."""
+    """Return the residual, px, of a stretch that is a clear walk of usual cadence; otherwise return infinity."""
     plain = (
         stretch.judgement.verdict == Verdict.walk
         and stretch.fitted.strides >= RATE_STRIDES
@@ -292,7 +300,7 @@ def _doubted(stretch: Stretch, why: str) -> Stretch:
 
 
 def _reconstruct_parts(film: Film, quick: Stretch | None = None) -> FilmResult:
-    """Reconstruct the parts of a film.
+    """Reconstruct each part of a film in which the legs move on a straight path.
 
     The stretch `quick` is reused for its part, unless exchanged labels must be tried.
     """

@@ -35,7 +35,7 @@ from walk3d.film.walk.view import pitched, to_level, to_walker
 
 X0, Y0, Z0, VX, VZ, HEADING, PITCH, PHASE, LOG_F, AX, AZ, TURN = range(SIZE, SIZE + 12)
 UNKNOWNS = SIZE + 12
-"""Number of unknowns for a straight path and a known focal length.
+"""Number of unknowns of the fit, for a straight path and a known focal length.
 
 Each cosine of the path adds three coefficients; an unknown focal length adds one unknown.
 """
@@ -45,9 +45,9 @@ CYCLE = cycle_basis(equal_phases(PHASES), BLOCKS)
 _MEAN = np.full(PHASES, 1.0 / PHASES)
 _AXES = np.triu_indices(3)
 _SYMMETRIC = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
-"""Index (3, 3) of each pair of axes in the list of pairs `_AXES`."""
+"""Matrix (3, 3) with the index of each pair of axes in the list `_AXES`."""
 RIGHT, DOWN, AWAY, TURNED, LATER, PITCHED, NEARER = range(7)
-"""Directions d in which the unknowns move the points P.
+"""Directions in which the unknowns of the fit move the points P of the walker.
 
 Each direction is multiplied by a function of time: 1, t, the bend, or a cosine.
 """
@@ -66,25 +66,28 @@ TURN_SD = np.radians(6.0)
 TREADMILL_SD = 100.0
 """Standard deviation, per horizontal axis, of the velocity of the path on a treadmill, mm/s."""
 TIE_SD = (0.08, 40.0)
-"""Tolerance of the difference between path speed and belt speed.
+"""Tolerance of the difference between the speed along the path and the speed of the ground under the feet.
 
 It is a share of the average walker's speed, plus a constant in mm/s.
 """
 TIE_TIMES = (-0.35, 0.0, 0.35)
-"""Times at which path speed and belt speed are compared, as shares of the clip's duration."""
+"""Times at which path speed and belt speed are compared, relative to the duration of the clip."""
 FOCAL_SD = 0.35
 """Standard deviation of the logarithm of an unknown focal length around 0.75 of the image's longer side.
 
 Most cameras have 0.38 (wide) to 1.5 (long)."""
 WANDER_MM = 400.0
-"""Standard deviation of the slowest cosine's coefficient, mm; the k-th cosine's is 1 / k of it."""
+"""Standard deviation, mm, of the coefficient of the slowest cosine in a path that is not straight.
+
+The standard deviation for the k-th cosine is 1 / k of it.
+"""
 MIN_DEPTH_MM = 200.0
 """Minimum depth, mm; points nearer to the camera are clamped."""
 
 
 @dataclass(frozen=True)
 class Keypoints:
-    """Keypoints of one person, with labels as detected or exchanged in some frames.
+    """Keypoints of one person, in which left and right may be exchanged in some frames.
 
     Attributes
     ----------
@@ -99,23 +102,23 @@ class Keypoints:
 
     @cached_property
     def by_axis(self) -> np.ndarray:
-        """Pixels as an array (2, 15, T)."""
+        """Pixels of the keypoints, as an array (2, 15, T)."""
         return np.ascontiguousarray(self.pixels.T)
 
     @cached_property
     def by_joint(self) -> np.ndarray:
-        """Weights as an array (15, T)."""
+        """Weights of the keypoints, as an array (15, T)."""
         return np.ascontiguousarray(self.weights.T)
 
     @cached_property
     def seen(self) -> np.ndarray:
-        """Mask (15, T) of the visible joints."""
+        """Mask (15, T) of the keypoints that are visible."""
         return self.by_joint > 0
 
 
 @dataclass(frozen=True)
 class Setting:
-    """Times of the frames, camera and kind of path of a filmed walk.
+    """Fixed quantities of a fit: times of the frames, camera, and kind of path.
 
     Attributes
     ----------
@@ -141,7 +144,7 @@ class Setting:
 
 @dataclass(frozen=True)
 class Noise:
-    """Scale of the residuals, and number of residuals that count as one independent residual.
+    """Scale of the residuals, px, and number of correlated residuals that count as one independent residual.
 
     Attributes
     ----------
@@ -154,7 +157,7 @@ class Noise:
 
 @dataclass(frozen=True)
 class Quadratic:
-    """Cost J for some unknowns, half its gradient and half its Gauss-Newton matrix.
+    """Cost J at given values of the unknowns, half its gradient, and half its Gauss-Newton matrix.
 
     Attributes
     ----------
@@ -170,7 +173,7 @@ class Quadratic:
 
 
 def point_costs(residual: np.ndarray, sigma_px: float, nu: float = NU) -> np.ndarray:
-    """Return the costs (…) of residuals (2, …), px: twice the negative log probability under Student's t."""
+    """Return the costs (…) of residuals (2, …), px: twice the negative log probability of Student's t distribution."""
     return (nu + 2.0) * np.log1p((residual[0] ** 2 + residual[1] ** 2) / (nu * sigma_px**2))
 
 
@@ -182,7 +185,7 @@ def wander_basis(times: np.ndarray, cosines: int) -> np.ndarray:
 
 
 class Iterate:
-    """Unknowns of J, and intermediate results for these unknowns that are computed once.
+    """Values of the unknowns of the cost J, with intermediate results that are computed once.
 
     Attributes
     ----------
@@ -211,7 +214,7 @@ class Iterate:
         self.image = objective.focal_px(x) * self.tangent
 
     def along(self, basis: np.ndarray) -> np.ndarray:
-        """Return the walker (3, 15, T), mm, in level camera axes, for a basis (9, T) at the times of the frames."""
+        """Return the walker (3, 15, T), mm, in level camera axes, given a Fourier basis (9, T) at the frames."""
         in_walker_axes = (self.x[:SIZE].reshape(-1, BLOCKS) @ basis).reshape(JOINTS, 3, -1)
         return to_level(in_walker_axes.swapaxes(0, 1), self.heading)
 
@@ -222,12 +225,12 @@ class Iterate:
 
     @cached_property
     def pull(self) -> np.ndarray:
-        """Half the gradient (405,) of the prior's cost of the walker: P0 (W' - m)."""
+        """Half the gradient (405,) of the walker's prior cost, P0 (W' - m)."""
         return self.objective.prior.precision @ self.away
 
     @cached_property
     def lengths(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Bones (16, 3, K) at K phases, mm, with their lengths and differences of lengths.
+        """Bone vectors (16, 3, K) at K phases, mm, with their lengths, changes of lengths and left-right differences.
 
         In order: bones, lengths (16, K), deviations from the mean lengths (16, K), left minus right mean
         lengths (P,).
@@ -240,7 +243,7 @@ class Iterate:
 
     @cached_property
     def ties(self) -> tuple[np.ndarray, np.ndarray]:
-        """Path velocity minus belt velocity at three times, (6,), mm/s, and its derivatives (6, 417)."""
+        """Path velocity minus belt velocity, mm/s, along two axes at three times (6,), with derivatives (6, 417)."""
         x, belt = self.x, self.objective.prior.belt
         omega = 2.0 * np.pi * np.exp(x[LOG_F])
         speed = omega * (belt @ x[:SIZE])
@@ -261,7 +264,7 @@ class Iterate:
 
     @cached_property
     def prior_cost(self) -> float:
-        """Part of the cost J that does not depend on the keypoints."""
+        """Part of the cost J that depends on the prior but not on the keypoints."""
         objective = self.objective
         _, _, off, asymmetry = self.lengths
         cost = self.away @ self.pull + objective.frequency_cost
@@ -273,7 +276,7 @@ class Iterate:
 
 
 class Objective:
-    """Cost function J of one clip, for one initial stride frequency.
+    """Cost function J of one clip, near one initial stride frequency.
 
     Parameters
     ----------
@@ -328,7 +331,7 @@ class Objective:
         self.pair_weight = 1.0 / prior.pair_sd**2
 
     def at(self, x: np.ndarray) -> Iterate:
-        """Return the unknowns together with the intermediate results of J."""
+        """Return the given unknowns with the intermediate results of the cost J."""
         return Iterate(self, x)
 
     def camera_points(self, x: np.ndarray) -> np.ndarray:
@@ -347,7 +350,7 @@ class Objective:
         return self.setting.focal_px * np.exp(x[-1]) if self.setting.focal_sd else self.setting.focal_px
 
     def moved(self, x: np.ndarray, step: np.ndarray) -> np.ndarray:
-        """Return the unknowns after a step of the refinement.
+        """Return the values of the unknowns after one step of the refinement.
 
         With an unknown focal length, the depths change with it, which keeps the size in the image beyond first order.
         """
@@ -395,7 +398,7 @@ class Objective:
     def _data_terms(
         self, at: Iterate, keypoints: Keypoints, noise: Noise
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the keypoints' contribution to the Gauss-Newton matrix.
+        """Return the contributions of the keypoints to the Gauss-Newton matrix of the cost J.
 
         In order: walker by joint (15, 27, 27), rows of q and columns of the walker, rows and columns of q.
 
@@ -446,7 +449,9 @@ class Objective:
     def _add_lengths(
         self, at: Iterate, blocks: np.ndarray, gradient: np.ndarray, matrix: np.ndarray
     ) -> np.ndarray:
-        """Add the bone-length terms to gradient and matrix, and the per-joint blocks to the matrix, in place.
+        """Add the bone-length terms of the cost J to its gradient and its Gauss-Newton matrix, in place.
+
+        The per-joint blocks are added to the matrix as well.
 
         Return the derivatives (P, 417) of the left-right differences.
         """

@@ -1,4 +1,4 @@
-"""Distance and path of a walker in closed form, and the walk about the trunk after their removal.
+"""Estimation of a walker's distance and path from the image in closed form, and of the motion about the trunk.
 
 Symbols
 -------
@@ -22,17 +22,17 @@ TRUNK = [
     for j in ("sternum", "left_shoulder", "right_shoulder", "pelvis", "left_hip", "right_hip")
 ]
 MIN_VISIBLE_SHARE = 0.2
-"""Share of frames with a visible joint below which the joint counts as never seen."""
+"""Share of frames that show a joint, below which the joint counts as never visible."""
 
 
 def often_seen(weights: np.ndarray) -> np.ndarray:
-    """Return the mask (15,) of joints that are seen in a sufficient share of frames, from weights (T, 15)."""
+    """Return the mask (15,) of joints that are visible in enough frames, given the keypoints' weights (T, 15)."""
     return (weights > 0).mean(axis=0) >= MIN_VISIBLE_SHARE
 
 
 @dataclass(frozen=True)
 class Path:
-    """Distance and path of a walker, and the walk in the image after their removal.
+    """Distance and path of a walker, and the remaining motion in the image.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class Path:
 
 
 def median_of_seen(values: np.ndarray, visible: np.ndarray) -> np.ndarray:
-    """Return the medians (…) of the visible values (…, n) over the last axis; each median needs a visible value."""
+    """Return the medians (…) of the visible values (…, n) over the last axis; at least one value must be visible."""
     ordered = np.sort(np.where(visible, values, np.inf))
     count = np.broadcast_to(visible, values.shape).sum(axis=-1, keepdims=True)
     middle = [np.take_along_axis(ordered, at // 2, axis=-1)[..., 0] for at in (count - 1, count)]
@@ -61,7 +61,7 @@ def median_of_seen(values: np.ndarray, visible: np.ndarray) -> np.ndarray:
 
 
 def _robust_regression(columns: np.ndarray, values: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Return the coefficients (n,) of a robust regression on columns (T, n), with five rounds of Cauchy weights.
+    """Return the coefficients (n,) of a robust linear regression on columns (T, n), with Cauchy weights.
 
     The first column must be constant.
     """
@@ -77,7 +77,7 @@ def _robust_regression(columns: np.ndarray, values: np.ndarray, weights: np.ndar
 
 
 def image_scale(rows: np.ndarray, weights: np.ndarray, heights_mm: np.ndarray) -> np.ndarray:
-    """Return the scale of the image (T,), pixels per mm, from image rows (T, 15) and heights (15,) of joints.
+    """Return the scale of the image (T,), pixels per mm, given the joints' image rows (T, 15) and heights (15,), mm.
 
     The scale is 0 in frames without joints.
     """
@@ -89,7 +89,7 @@ def image_scale(rows: np.ndarray, weights: np.ndarray, heights_mm: np.ndarray) -
 def distance_profile(
     pixels: np.ndarray, weights: np.ndarray, times: np.ndarray, heights_mm: np.ndarray, cosines: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the distance over focal length as a line in time (2,) and in each frame (T,), mm per pixel.
+    """Return the walker's distance over the focal length, mm per pixel, as a line in time (2,) and in each frame (T,).
 
     The slope of the line is in mm per pixel and second.
 
@@ -136,7 +136,7 @@ def distance_profile(
 def regress_tracks(
     columns: np.ndarray, values: np.ndarray, weights: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Regress tracks (T, J, 2) on columns (F, T, n) for each of F frequencies.
+    """Fit tracks of joints (T, J, 2) by linear regression on columns (F, T, n), for each of F stride frequencies.
 
     Return the coefficients (F, J, n, 2) and the sums of squared residuals (F,).
     """
@@ -179,7 +179,7 @@ def straighten(
     typical_hz: float,
     cosines: int,
 ) -> Path:
-    """Remove distance and path from the image, so that only the walk about the trunk remains.
+    """Remove the walker's distance and path from the image, so that only the motion about the trunk remains.
 
     Parameters
     ----------
@@ -199,7 +199,7 @@ def straighten(
     visible = often_seen(weights)
     trunk = [j for j in TRUNK if visible[j]] or np.flatnonzero(visible).tolist()
     if not trunk:
-        raise InvalidInput("no joint is seen in a fifth of the frames", code="joints_rarely_seen")
+        raise InvalidInput("no joint is visible in a fifth of the frames or more", code="joints_rarely_seen")
     duration = times[-1] - times[0]
     order = 3 if duration * typical_hz >= 1.8 else 2
     unit = times / max(duration / 2.0, 1e-9)

@@ -63,7 +63,7 @@ class Posterior:
 
 
 def _spread(matrix: np.ndarray, onto: np.ndarray) -> np.ndarray:
-    """Return ``onto^T M^-1 onto`` for a Gauss-Newton matrix M that is given as its lower triangle."""
+    """Return ``onto^T M^-1 onto``, given the lower triangle of a Gauss-Newton matrix M."""
     factor, failed = lapack.dpotrf(matrix, lower=1)
     if failed:
         return onto.T @ np.linalg.pinv(np.tril(matrix) + np.tril(matrix, -1).T, hermitian=True) @ onto
@@ -72,12 +72,12 @@ def _spread(matrix: np.ndarray, onto: np.ndarray) -> np.ndarray:
 
 
 def remove_bias(prior: Prior, drawn: np.ndarray) -> np.ndarray:
-    """Return the walker W (15, 3, 9), mm, without the detector's bias, from the walker W' (405,) as detected."""
+    """Return the walker W (15, 3, 9), mm, by removing the detector's bias from the detected walker W' (405,)."""
     return prior.model.mean + (prior.bias_gain @ (drawn - prior.mean.ravel())).reshape(JOINTS, 3, BLOCKS)
 
 
 def relative_positions(walker: np.ndarray, x: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """Return the positions (T, 15, 3) of a walker relative to the pelvis, in level camera axes, mm."""
+    """Return the positions (T, 15, 3) of a walker's joints relative to the pelvis, in level camera axes, mm."""
     basis = cycle_basis(2.0 * np.pi * np.exp(x[LOG_F]) * times + x[PHASE], BLOCKS)
     positions = np.moveaxis((walker - walker[PELVIS]) @ basis.T, -1, 0)
     return positions @ np.swapaxes(level_axes(x[HEADING] + x[TURN] * times), 1, 2)
@@ -147,7 +147,7 @@ def posterior(prior: Prior, fit: Fit, keypoints: Keypoints) -> Posterior:
 def sample_positions(
     estimate: Posterior, x: np.ndarray, times: np.ndarray, generator: np.random.Generator, count: int
 ) -> np.ndarray:
-    """Draw walks (S, T, 15, 3), mm, from the posterior of walker and heading.
+    """Draw walks (S, T, 15, 3), mm, from the posterior distribution of the walker and the heading.
 
     Positions are relative to the pelvis, in level camera axes.
 
@@ -178,7 +178,7 @@ def sample_positions(
 def angles_with_deviations(
     walker: np.ndarray, covariance: np.ndarray, psi: np.ndarray, phase_slopes: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return a walker's angles (T, 11) at the given phases, rad, and their standard deviations.
+    """Return a walker's joint angles (T, 11) at the given phases, rad, and their standard deviations.
 
     The standard deviations contain `ANGLE_FLOOR_RAD`.
 

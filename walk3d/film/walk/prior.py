@@ -1,4 +1,4 @@
-"""Prior of the walker as a detector sees the walker: model, detector's bias, and results that many clips share.
+"""Prior of the walker as a detector sees it, which combines the model of walkers with the detector's bias.
 
 Symbols
 -------
@@ -23,15 +23,15 @@ from walk3d.film.walk.view import level_axes
 
 STANCE_WEIGHT = 0.3
 BONE_FACTOR = 2.0
-"""Factor on the tolerances of bone lengths that the model has learnt."""
+"""Factor by which the model's tolerances of bone lengths are multiplied."""
 HEADINGS = 72
 GRID_BLOCKS = 5
-"""Number of Fourier coefficients of two harmonics and the constant, as in the grid search."""
+"""Number of Fourier coefficients of a coordinate in the grid search: the constant and two harmonics."""
 SLOW_MM = 2.0
-"""Standard deviation, mm per coefficient, of the part of a detector's error that repeats in each cycle."""
+"""Standard deviation, mm per coefficient, of the detector errors that repeat in each gait cycle."""
 
 GRID_CONSTANT_MM, GRID_HARMONIC_MM, GRID_SIZE, GRID_PITCH = 25.0, 12.5, 0.03, np.radians(4.0)
-"""Standard deviations that the grid search adds to the population's.
+"""Standard deviations that the grid search adds to those of the population of walkers.
 
 In order: bias, mm; slow error, mm; relative size; pitch of the camera, rad.
 """
@@ -41,7 +41,7 @@ UNSEEN_MM = 5.0
 
 @dataclass(frozen=True, kw_only=True)
 class Detector:
-    """Differences between a detector's keypoints and the joints of the model.
+    """Systematic differences between a detector's keypoints and the joints of the model.
 
     Attributes
     ----------
@@ -89,7 +89,7 @@ class Grid:
 
 @dataclass(frozen=True)
 class Prior:
-    """Prior of the walker as one detector sees the walker.
+    """Prior of the walker as one detector sees it, with results that many clips share.
 
     Attributes
     ----------
@@ -128,7 +128,9 @@ class Prior:
 def prepare(
     model: WalkerModel, detector: Detector, *, bone_factor: float = BONE_FACTOR, unfamiliar: float = 0.0
 ) -> Prior:
-    """Return the prior for one detector, with all results that do not depend on the clip.
+    """Return the prior of walkers for one detector.
+
+    It contains all results that do not depend on the clip.
 
     Parameters
     ----------
@@ -171,7 +173,7 @@ def prepare(
 
 
 def projected_grid(mean: np.ndarray, covariance: np.ndarray, visible: np.ndarray) -> Grid:
-    """Return mean and covariance of walkers' images at all headings, for two harmonics of the visible joints.
+    """Return mean and covariance of the images of walkers at all headings, for the visible joints and two harmonics.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Reconstruction of a walk from one camera's keypoints: starts, refinement, choice of candidate and labels."""
+"""Reconstruction of a walk from one camera's keypoints, by refinement of several initial estimates."""
 
 from __future__ import annotations
 
@@ -32,44 +32,47 @@ from walk3d.film.walk.view import level_axes
 _LEGS = [*LEFT_LEG[1:], *RIGHT_LEG[1:]]
 
 DUPLICATE_TOLERANCE = (np.radians(4.0), np.radians(8.0), 0.015)
-"""Differences in heading, phase and relative frequency below which two candidates count as the same."""
+"""Differences in heading, phase and relative frequency below which two candidates count as duplicates."""
 OUTLIER = 5.0
-"""Residual of a keypoint, in multiples of sigma, at which the residual is clamped before averaging."""
+"""Limit of a keypoint's residual, in multiples of sigma, to which it is clamped before averaging."""
 FOLLOWED_RESIDUAL = 1.3
 """Residual, per cent of the walker's height, above which a wandering path is tried."""
 FOLLOWED_GAIN = 0.8
-"""Ratio of residuals, with and without a wandering path, below which the wandering path is accepted."""
+"""Ratio of the residuals with and without a wandering path, below which the wandering path is accepted."""
 SMALL_RESIDUAL_GAIN = 0.9
-"""Ratio of residuals below which a wandering path is accepted if the residual with this path is small."""
+"""Ratio of the residuals with and without a wandering path that suffices if the residual with this path is small."""
 MAX_UNSHARED_SHARE = 0.93
-"""Share of the residual that no path explains above which a wandering path is not tried.
+"""Share of the residual that no path can explain, above which a wandering path is not tried.
 
 The share is up to 0.87 in clips in which a wandering path was accepted.
 """
 SHAKEN_SHARE = 0.3
-"""Share of the squared residual that is common to all joints of a frame above which the camera shook."""
+"""Share of the squared residual that all joints of a frame have in common, above which the camera counts as shaken."""
 SHAKE_ROUNDS = 2
 MIN_WHITE_HZ = 20.0
-"""Frame rate, Hz, below which successive residuals differ too much to estimate their white part."""
+"""Frame rate, Hz, below which the uncorrelated part of the residuals cannot be estimated from successive frames."""
 MAX_ANKLE_CORRELATION = 0.5
 """Correlation of the ankles' motions relative to the hips above which the clip is not a walk.
 
 Such a clip is not refined.
 """
 COSINES_PER_STRIDE = 0.8
-"""Number of cosines of a wandering path per stride of the clip; the fastest cosine has a period of 2.5 strides."""
+"""Number of cosines of a wandering path per stride of the clip.
+
+The fastest cosine has a period of 2.5 strides.
+"""
 PRUNING_ROUNDS = ((1, 800.0), (1, 1500.0), (1, 1500.0), (2, 400.0), (3, 200.0))
-"""Rounds of pruning: number of steps of each start, then the cost gap to the best start above which a start is dropped.
+"""Number of refinement steps in each round of pruning, and cost gap to the best start above which a start is dropped.
 
 In our tests, the best start was never dropped.
 """
 LABELS_UNSURE = 100.0
-"""Cost gap between the labels as detected and exchanged below which left and right are unsure."""
+"""Difference of cost between detected and exchanged labels, below which left and right count as unsure."""
 
 
 @dataclass(frozen=True)
 class Candidate(SearchPoint):
-    """Candidate for the walk: a minimum of the cost that the refinement of a start reached.
+    """Candidate for the reconstructed walk, at a local minimum of the cost.
 
     Attributes
     ----------
@@ -85,7 +88,7 @@ class Candidate(SearchPoint):
 
 @shortened
 class Reconstruction:
-    """Reconstructed walk, with all candidates and with the keypoints used in the fit.
+    """Reconstructed walk, with all other candidates and with the keypoints used in the fit.
 
     Attributes
     ----------
@@ -124,7 +127,7 @@ class Reconstruction:
 
     @property
     def leg_motion(self) -> float:
-        """Motion of knees and ankles in the image, relative to the average walker's motion seen from the same side."""
+        """Motion of knees and ankles in the image, relative to the average walker's motion in the same view."""
         image = level_axes(self.fit.x[HEADING])[:2]
         average = image @ self.fit.objective.prior.model.mean[_LEGS, :, 1:]
         expected = 0.5 * (average**2).sum(axis=(1, 2))  # of a sine or cosine, half the square
@@ -141,7 +144,7 @@ class Reconstruction:
 
     @property
     def unshared_residual(self) -> float:
-        """Share of the residual, 0 to 1, that remains after the body is shifted and scaled in each frame."""
+        """Share of the residual, 0 to 1, that a shift and a scaling of the body in each frame do not explain."""
         weights = (self.keypoints.weights > 0)[..., None].astype(float)
         count = np.maximum(weights.sum(axis=1, keepdims=True), 1.0)
         full = weights * self.fit.objective.residual(self.fit.x, self.keypoints)
@@ -155,12 +158,15 @@ class Reconstruction:
 
     @cached_property
     def posterior(self) -> Posterior:
-        """Estimated walk with error bars; computed on demand, because most candidates are discarded."""
+        """Estimated walk with error bars.
+
+        It is computed at its first use, because most candidates are discarded.
+        """
         return posterior(self.fit.objective.prior, self.fit, self.keypoints)
 
     @property
     def positions_mm(self) -> np.ndarray:
-        """Positions (T, 15, 3) of `posterior`, mm, without the computation of error bars."""
+        """Positions (T, 15, 3), mm, of the estimated walk, computed without error bars."""
         walker = remove_bias(self.fit.objective.prior, self.fit.x[:SIZE])
         return relative_positions(walker, self.fit.x, self.fit.times)
 
@@ -186,7 +192,7 @@ class Reconstruction:
 
     @cached_property
     def cycle(self) -> GaitCycle:
-        """Events and gait numbers of the average gait cycle."""
+        """Events and numbers of the average gait cycle of the walk."""
         return gait_cycle(self.posterior.walker, self.fit.frequency_hz, self.fit.objective.prior.belt)
 
     @property
@@ -287,8 +293,8 @@ def reconstruct(
         attempts = list(attempts_from(pixels, {"legs": none, "arms": none}))
         if (together := attempts[0].starts.ankles_together) > fitting.max_ankle_correlation:
             raise InvalidInput(
-                "the feet move together",
-                expected=f"a correlation of {fitting.max_ankle_correlation:g} or less",
+                "both feet move together in the image, so the clip is not a walk",
+                expected=f"a correlation between the ankles of {fitting.max_ankle_correlation:g} or less",
                 received=f"{together:.2f}",
                 code="feet_together",
             )
@@ -311,7 +317,7 @@ def reconstruct(
 def _visible_keypoints(
     pixels: np.ndarray, weights: np.ndarray, prior: Prior
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return keypoints and their weights; both are 0 where a joint is not visible."""
+    """Return the checked keypoints and weights, with 0 for joints that are not visible."""
     pixels = require_shape("pixels", np.asarray(pixels, float), ("T", JOINTS, 2))
     weights = require_shape("weights", np.asarray(weights, float), (len(pixels), JOINTS))
     if len(pixels) < 8:
@@ -328,14 +334,14 @@ def _visible_keypoints(
 
 
 class _Attempt(NamedTuple):
-    """Attempt at a reconstruction: the labels, all starts with these labels, and the refinement of one start."""
+    """Attempt at a reconstruction: one labelling of left and right, its starts, and the refinement of one start."""
 
     exchanged: bool
     starts: Starts
     refinement: Refinement
 
     def fit(self) -> tuple[Fit, bool]:
-        """Return the current fit, and whether left and right are exchanged throughout.
+        """Return the current fit, and True if left and right are exchanged in the whole clip.
 
         Limbs that are exchanged once more in most frames are as detected.
         """
@@ -347,14 +353,17 @@ class _Attempt(NamedTuple):
 
 
 def _costs(attempts: Sequence[_Attempt]) -> np.ndarray:
-    """Return the costs of all attempts under the same noise, estimated by the attempt with the smallest residual."""
+    """Return the costs of all attempts, computed with the same noise so that they can be compared.
+
+    The noise is estimated by the attempt with the smallest residual.
+    """
     refined = [attempt.refinement for attempt in attempts]
     noise = min((attempt.noise for attempt in refined), key=lambda noise: noise.sigma_px)
     return np.array([attempt.cost(noise) for attempt in refined])
 
 
 def _prune(attempts: Sequence[_Attempt]) -> None:
-    """Refine attempts in rounds, and drop attempts whose cost is far above the smallest cost."""
+    """Refine all attempts in rounds, and drop attempts whose cost is far above the smallest cost."""
     remaining = list(attempts)
     for steps, max_gap in PRUNING_ROUNDS:
         for attempt in remaining:
@@ -368,9 +377,9 @@ def _prune(attempts: Sequence[_Attempt]) -> None:
 
 
 def _labels_disagree(fit: Fit) -> bool:
-    """Return True if the labels of legs and arms disagree.
+    """Return True if the left-right labels of the legs contradict those of the arms.
 
-    They disagree if legs and arms of one side swing in step, or if either is exchanged in most frames.
+    They contradict each other if legs and arms of one side swing in step, or if either is exchanged in most frames.
     """
     ahead = fit.x[:SIZE].reshape(JOINTS, 3, -1)[:, 1, 1:3]
     legs, arms = (ahead[left] - ahead[right] for left, right in (LIMBS["legs"][-1], LIMBS["arms"][-1]))
@@ -397,7 +406,10 @@ def _best_of(attempts: Sequence[_Attempt]) -> tuple[_Attempt, list[Candidate]]:
 
 
 def find_shake(best: _Attempt) -> np.ndarray:
-    """Return the camera's shake (T, 2), px, from the residual common to all joints of a frame; zeros if it is small."""
+    """Return the shake of the camera (T, 2), px, from the residual that all joints of a frame have in common.
+
+    A small shake is set to zero.
+    """
     fit, used = best.refinement.fit(), best.refinement.used
     shake = np.zeros((len(used.pixels), 2))
     for turn in range(SHAKE_ROUNDS):
@@ -439,7 +451,7 @@ def _reconstruction(best: _Attempt, candidates: list[Candidate], shake: np.ndarr
 
 
 def _slow_residual(fit: Fit, used: Keypoints) -> float:
-    """Return the root mean square of the residual's slow part, px: the part that successive frames have in common."""
+    """Return the root mean square, px, of the slow part of the residual, which successive frames have in common."""
     visible = used.weights > 0
     residual = fit.objective.residual(fit.x, used)
     size = np.sqrt((residual**2).sum(axis=-1))
@@ -463,7 +475,7 @@ def reconstruct_followed(
     focal_sd: float = 0.0,
     max_distance: float = np.inf,
 ) -> Reconstruction:
-    """Reconstruct a walk with a straight path; if the residual is large, try a wandering path.
+    """Reconstruct a walk with a straight path or, if its residual is large, with a wandering path.
 
     A wandering path allows for a camera that follows the walker.
 

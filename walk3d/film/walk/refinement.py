@@ -1,4 +1,4 @@
-"""Refinement of one start by Gauss-Newton steps, which also estimates the noise and the exchanged labels.
+"""Gauss-Newton refinement of one initial estimate, which also estimates the noise and the exchanged labels.
 
 A step solves the Gauss-Newton equations at the current noise.  It is shortened so that heading, phase and pitch change
 little at once, and halved until the cost falls.
@@ -44,13 +44,13 @@ MAX_FOCAL_STEPS = 24
 MIN_STEPS = 7
 MAX_HALVINGS = 6
 COST_TOLERANCE = 0.05
-"""Decrease of the cost in one step below which the refinement has converged."""
+"""Decrease of the cost J in one step, below which the refinement has converged."""
 RELABEL_STEPS = (2, 4, 6)
-"""Steps that begin with a search for exchanged labels."""
+"""Numbers of the refinement steps that begin with a search for exchanged left-right labels."""
 SIGMA_PX = (1.0, 40.0)
 MAX_CORRELATION = 0.9
 MAX_INDEPENDENT_HZ = 60.0
-"""Maximum rate, Hz, of frames whose errors count as independent; a detector's errors change more slowly."""
+"""Maximum rate, Hz, at which the detector errors of successive frames count as independent."""
 STEP_LIMITS = ((HEADING, 0.5), (PHASE, 0.7), (PITCH, 0.15))
 FOCAL_STEP = 0.3
 """Maximum change, in one step, of the logarithm of an unknown focal length."""
@@ -94,7 +94,7 @@ class Fit:
 
 
 def estimate_noise(residual: np.ndarray, visible: np.ndarray, later: int) -> Noise:
-    """Estimate the noise, as scale and repetition of errors, from the residuals (2, 15, T) of visible joints (15, T).
+    """Estimate the scale and the temporal correlation of the residuals (2, 15, T) of visible joints (15, T).
 
     kappa is (1 + rho) / (1 - rho) times `later`.  rho is the pooled correlation of residuals that are `later` frames
     apart.
@@ -115,7 +115,7 @@ def estimate_noise(residual: np.ndarray, visible: np.ndarray, later: int) -> Noi
 
 
 def initial_unknowns(prior: Prior, start: Start, path: Path, focal_px: float, trunk: list[int]) -> np.ndarray:
-    """Return the initial unknowns (417,) of a start: the average walker on the path seen in the image."""
+    """Return the initial unknowns (417,) of a refinement: the average walker on the path seen in the image."""
     x = np.zeros(UNKNOWNS)
     x[:SIZE] = prior.mean.ravel()
     x[X0] = path.place_mm[0]
@@ -127,13 +127,19 @@ def initial_unknowns(prior: Prior, start: Start, path: Path, focal_px: float, tr
 
 
 def trunk_of(keypoints: Keypoints) -> list[int]:
-    """Return the visible joints of the trunk, whose mean defines the path; all joints if none is visible."""
+    """Return the visible joints of the trunk, or all joints if none of the trunk is visible.
+
+    The mean of these joints defines the path.
+    """
     visible = often_seen(keypoints.weights)
     return [j for j in TRUNK if visible[j]] or list(range(JOINTS))
 
 
 def _solve(current: Quadratic, again: Callable[[], Quadratic]) -> np.ndarray:
-    """Return the solution of the Gauss-Newton equations; the matrix of the equations is overwritten."""
+    """Return the solution of the Gauss-Newton equations.
+
+    The matrix of the equations is overwritten.
+    """
     _, solution, failed = lapack.dposv(current.matrix, current.gradient, lower=1, overwrite_a=1)
     if failed:  # unknowns that nothing determines, from an ill-conditioned start
         matrix = again().matrix
@@ -192,7 +198,7 @@ class Refinement:
         return relabelled(self._given, dict.fromkeys(LIMBS, np.ones(len(self._given.pixels), bool)))
 
     def advance(self, steps: int | None = None) -> Refinement:
-        """Take the given number of further steps, or stop earlier if the cost has converged."""
+        """Advance the refinement by the given number of steps, or until the cost has converged."""
         focal = self.objective.setting.focal_sd > 0
         most = MAX_FOCAL_STEPS if focal else MAX_STEPS
         limits = (*STEP_LIMITS, (-1, FOCAL_STEP)) if focal else STEP_LIMITS
@@ -221,7 +227,7 @@ class Refinement:
         self.noise = estimate_noise(self._at.image - self.used.by_axis, self.used.seen, self._later)
 
     def cost(self, noise: Noise) -> float:
-        """Return the cost J of the current unknowns under the given noise."""
+        """Return the cost J of the current unknowns for the given noise."""
         return self.objective.cost(self._at, self.used, noise)
 
     def _find_exchanged(self) -> None:
@@ -238,7 +244,7 @@ class Refinement:
         self._estimate_noise()
 
     def fit(self) -> Fit:
-        """Return the fit after the steps that were taken."""
+        """Return the result of the refinement after its latest step."""
         x = self._at.x.copy()
         for angle in (HEADING, PHASE):
             x[angle] = (x[angle] + np.pi) % (2.0 * np.pi) - np.pi

@@ -35,7 +35,7 @@ _SEGMENTS_OF_KIND = {
     "knee": ("thigh", "shank"), "hip": ("thigh", "trunk"), "shank": ("", "shank"), "elbow": ("forearm", "upper arm"),
     "shoulder": ("upper arm", "trunk"), "trunk": ("", "trunk"),
 }  # fmt: skip
-"""For each kind of angle, the segment whose inclination is measured and the segment that is the reference.
+"""Segment whose inclination is measured, and reference segment, for each kind of joint angle.
 
 An empty reference is the vertical.
 """
@@ -60,9 +60,9 @@ _ENDS = np.stack(
         for upper, lower in _SEGMENTS.values()
     ]
 )
-"""Matrix (9, 15) that computes segments as differences of joint positions."""
+"""Matrix (9, 15) from joint positions to segment vectors."""
 _SLOPE_MATRIX = (_M[:, None] * _ENDS.T).reshape(-1, len(_ENDS))
-"""Matrix (165, 9) from the derivatives of inclinations to those of angles.
+"""Matrix (165, 9) from derivatives of segment inclinations to derivatives of joint angles.
 
 Its rows are angles and joints; its columns are segments.
 """
@@ -74,7 +74,7 @@ Only the forward and upward coordinates of these joints matter.
 
 
 def sagittal_angles(positions: np.ndarray) -> np.ndarray:
-    """Return the signed angles (…, 11), rad, in the order of `ANGLES`.
+    """Return the signed joint angles (…, 11), rad, in the order of `ANGLES`.
 
     The positions of joints (…, 15, 3) are in the walker's axes.
 
@@ -96,7 +96,7 @@ def sagittal_angles(positions: np.ndarray) -> np.ndarray:
 
 
 def sagittal_slopes(positions: np.ndarray) -> np.ndarray:
-    """Return the derivatives (…, 11, 15, 3) of `sagittal_angles` with respect to the joints, rad per unit of length."""
+    """Return the derivatives (…, 11, 15, 3) of `sagittal_angles` by the joint positions, rad per unit of length."""
     segments = _ENDS @ positions
     y, z = segments[..., 1], segments[..., 2]
     slope = np.stack([np.zeros_like(y), -z, y], axis=-1) / np.maximum(y**2 + z**2, 1e-12)[..., None]

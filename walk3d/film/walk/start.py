@@ -1,4 +1,4 @@
-"""Initial stride frequency, heading and phase of a walk, from grid searches without distance and path.
+"""Grid search for the initial stride frequency, heading and phase of a walk, after distance and path are removed.
 
 Symbols
 -------
@@ -26,14 +26,14 @@ OVERGROUND_SHARE = 0.4
 """Speed of the path, as a share of the average walker's belt speed, above which the walk is overground."""
 MAX_STARTS = 4
 START_SEPARATION = (np.radians(25.0), np.radians(50.0), 0.06)
-"""Minimum difference between two starts in heading, phase or relative frequency."""
+"""Minimum difference between two starts of the refinement, in heading, phase or relative frequency."""
 _FOURTH_START_COST = 150.0
-"""Difference from the smallest cost below which a fourth start is tried."""
+"""Difference from the smallest cost, up to which a fourth start of the refinement is tried."""
 
 
 @dataclass(frozen=True)
 class SearchPoint:
-    """Point of the search: stride frequency, heading and phase."""
+    """Point of the grid search: stride frequency, heading and phase."""
 
     frequency_hz: float
     heading_rad: float
@@ -42,7 +42,7 @@ class SearchPoint:
 
 @dataclass(frozen=True)
 class Start(SearchPoint):
-    """One start of the refinement.
+    """Initial estimate from which a refinement starts.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class Start(SearchPoint):
 
 @dataclass(frozen=True)
 class Starts:
-    """Starts of the refinement, the best first, and results of the search.
+    """Starts of the refinement, the best first, and further results of the grid search.
 
     Attributes
     ----------
@@ -138,7 +138,7 @@ def frequency_candidates(
 
 
 def _grid_cost(grid: Grid, images: np.ndarray, phases: np.ndarray) -> np.ndarray:
-    """Return the cost J (F, 72, P) of image coefficients (F, n, 5, 2) at all headings and phases."""
+    """Return the cost J (F, 72, P) of the image's Fourier coefficients (F, n, 5, 2) at all headings and phases."""
     y = np.swapaxes(images, 1, 2).copy()  # (F, 5, n, 2)
     y[:, 0] -= y[:, 0].mean(axis=1, keepdims=True)
     # From the opposite side the image is mirrored.
@@ -172,12 +172,12 @@ def _local_minima(cost: np.ndarray) -> np.ndarray:
 
 
 def absolute_angle(angle: float) -> float:
-    """Return the absolute value of an angle that is first wrapped to ±pi, rad."""
+    """Return the absolute value of an angle, rad, after wrapping the angle to ±pi."""
     return abs((angle + np.pi) % (2.0 * np.pi) - np.pi)
 
 
 def within_tolerance(point: SearchPoint, other: SearchPoint, within: tuple[float, float, float]) -> bool:
-    """Return True if two points differ by less than the tolerances in heading, phase and relative frequency."""
+    """Return True if two points of the search agree in heading, phase and relative frequency, within tolerances."""
     return bool(
         absolute_angle(point.heading_rad - other.heading_rad) < within[0]
         and absolute_angle(point.phase_rad - other.phase_rad) < within[1]
@@ -218,7 +218,9 @@ def find_starts(
     names = ", ".join(np.array(WALKER15.joints)[visible]) or "none"
     if visible.sum() < 4:
         raise InvalidInput(
-            "fewer than four joints are seen in a fifth of the frames", received=names, code="too_few_joints"
+            "fewer than four joints are visible in a fifth of the frames or more",
+            received=names,
+            code="too_few_joints",
         )
     given_weights, weights = weights > 0, weights * visible
     heights = prior.mean[:, 2, 0]

@@ -10,27 +10,29 @@ from pipeline.skeleton import LEFT_LEG, RIGHT_LEG
 from walk3d.film.walk.path import image_scale
 
 MAX_JUMP = (0.09, 2.2)
-"""Maximum median motion of a person's joints to the next detection: share of the height, and share per second.
+"""Maximum median motion of a person's joints between two detections, relative to the height: in total, and per second.
 
-The larger of the two limits applies.  A larger motion means another person, or another shot of the video."""
+The larger of the two limits applies.  A larger motion means another person, or another shot of the video.
+"""
 MAX_GAP_S = 0.5
 """Maximum time, s, without a detection within a track."""
 JOIN_S, JOIN_ROWS, JOIN_OFF, JOIN_SIZE = 1.5, 5, 0.3, 1.2
-"""Limits for joining two tracks.
+"""Limits for joining two tracks of the same person.
 
 In order: longest gap, s; fewest detections in either track; mismatch of the paths; ratio of heights.
 
-The mismatch, in heights, is that of the extrapolated paths in the middle of the gap."""
+The mismatch, in heights, is that of the extrapolated paths in the middle of the gap.
+"""
 TURN_RAD_S = np.radians(50.0)
 MIN_WALK_S = 0.9
 MIN_STRAIGHT_SHARE = 0.5
 """Share of frames in straight stretches below which the path is too noisy to be divided into stretches."""
 MOTION_S = 0.7
-"""Time window, s, in which the motion of the legs is measured; about one step."""
+"""Duration, s, of the time window in which the motion of the legs is measured, about one step."""
 MOVING_SHARE = 0.45
-"""Motion of the legs, as a share of its 80 % quantile, above which a person moves."""
+"""Threshold for the motion of the legs above which a person moves, as a share of the motion's 80 % quantile."""
 MOVING_THROUGHOUT_SHARE = 0.85
-"""Share of moving frames from which the whole track counts as moving."""
+"""Share of frames with moving legs, from which the whole track counts as moving."""
 _LEGS = [(joint, leg[0]) for leg in (LEFT_LEG, RIGHT_LEG) for joint in leg[1:]]
 
 
@@ -57,7 +59,7 @@ class Track:
 
 
 def _joint_distance(detection: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Return the median distances (M,), px, of the joints (15, 2) in one detection from those in M other detections.
+    """Return the median distances (M,), px, of the joints (15, 2) of one detection from those of M other detections.
 
     The distance is infinite if two detections share fewer than three joints.
     """
@@ -69,7 +71,10 @@ def _joint_distance(detection: np.ndarray, others: np.ndarray) -> np.ndarray:
 
 
 def _heights(pixels: np.ndarray) -> np.ndarray:
-    """Return the heights (N,) in the image of joints (N, 15, 2), px; NaN where too few joints are visible."""
+    """Return the heights (N,) in the image, px, of people with joints (N, 15, 2).
+
+    The height is NaN where too few joints are visible.
+    """
     visible = np.isfinite(pixels).all(axis=-1)
     ends = [(np.where(visible[..., None], pixels, sign * np.inf) * sign).min(axis=1) for sign in (1.0, -1.0)]
     size = np.maximum(-(ends[0] + ends[1]).min(axis=-1), 1e-9)
@@ -79,7 +84,7 @@ def _heights(pixels: np.ndarray) -> np.ndarray:
 def find_tracks(
     frame: np.ndarray, identity: np.ndarray, pixels: np.ndarray, frame_rate_hz: float
 ) -> list[Track]:
-    """Return the tracks of people, sorted by the length of the longest part without a gap.
+    """Return the tracks of people in a video, the track with the longest uninterrupted part first.
 
     Parameters
     ----------
@@ -126,7 +131,7 @@ def find_tracks(
 
 
 def _unbroken(frame: np.ndarray, longest_gap: int) -> int:
-    """Return the number of detections in the longest part of a track without a gap."""
+    """Return the number of detections in the longest uninterrupted part of a track."""
     ends = np.flatnonzero(np.diff(frame, append=np.inf) > longest_gap)
     return int(np.diff(ends, prepend=-1).max())
 
@@ -134,7 +139,7 @@ def _unbroken(frame: np.ndarray, longest_gap: int) -> int:
 def _joined(
     tracks: list[np.ndarray], frame: np.ndarray, pixels: np.ndarray, height: np.ndarray, frame_rate_hz: float
 ) -> list[np.ndarray]:
-    """Return the detections of each person, joining tracks that continue each other in position and size.
+    """Join tracks that continue each other in position and size, and return the detections of each person.
 
     Both ends are extrapolated to the middle of the gap.  Tracks stay separate if a third track that overlaps one of
     them in time fits as well.
@@ -180,14 +185,14 @@ def _joined(
 def _end(
     rows: np.ndarray, frame: np.ndarray, pixels: np.ndarray, height: np.ndarray, count: int
 ) -> np.ndarray:
-    """Return column, row and log height in the first detection of a track, and their change per frame, as (2, 3)."""
+    """Return image column, row and log height at the beginning of a track, and their changes per frame, as (2, 3)."""
     near = rows[:count]
     state = np.column_stack([np.nanmedian(pixels[near], axis=1), np.log(height[near])])
     return np.polyfit(frame[near] - frame[rows[0]], state, 1)[::-1]
 
 
 def _gap(frame_rate_hz: float) -> int:
-    """Return the maximum number of frames without a detection within a track."""
+    """Return the longest gap within a track, in frames."""
     return max(round(MAX_GAP_S * frame_rate_hz), 1)
 
 
@@ -235,7 +240,7 @@ def moving_parts(pixels: np.ndarray, frame_rate_hz: float) -> list[tuple[int, in
 
 
 def _runs(flags: np.ndarray) -> list[tuple[int, int]]:
-    """Return the runs of true values as pairs: first index of the run, and index after the end of the run."""
+    """Return the runs of true values in `flags`, each as its first index and the index after its last."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(int), [0]])))
     return [(int(start), int(stop)) for start, stop in edges.reshape(-1, 2)]
 
@@ -243,7 +248,7 @@ def _runs(flags: np.ndarray) -> list[tuple[int, int]]:
 def straight_stretches(
     pixels: np.ndarray, heights_mm: np.ndarray, frame_rate_hz: float, focal_px: float
 ) -> list[tuple[int, int]]:
-    """Return the straight stretches of a track, the longest first.
+    """Return the straight stretches of a person's track, the longest first.
 
     A stretch is its first frame and the frame after its last.
 
@@ -292,7 +297,7 @@ def straight_stretches(
 
 
 def _ground_path(pixels: np.ndarray, heights_mm: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the body's image column (T,), the distance over focal length (T,), mm per pixel, and a mask (T,).
+    """Return the body's image column (T,), its distance over focal length (T,), mm per pixel, and a frame mask (T,).
 
     The mask marks the frames in which both were measured; other frames are interpolated.
     """
@@ -329,7 +334,10 @@ def _running_mean(values: np.ndarray, window: int) -> np.ndarray:
 
 
 def _central(values: np.ndarray, step: int) -> np.ndarray:
-    """Return slopes per frame over `step` frames to either side; at the ends, over the frames that exist."""
+    """Return the slopes of `values` per frame, as differences over `step` frames to either side.
+
+    At the ends, only the frames that exist are used.
+    """
     after = np.minimum(np.arange(len(values)) + step, len(values) - 1)
     before = np.maximum(np.arange(len(values)) - step, 0)
     return (values[after] - values[before]) / (after - before)

@@ -37,7 +37,9 @@ MAX_WALKERS = 60.0
 
 @dataclass(frozen=True, kw_only=True)
 class Population:
-    """Statistics of the training walks, scaled to 1500 mm; subclasses add the covariance of the coefficients.
+    """Statistics of the training walks, scaled to 1500 mm, without the covariance of the Fourier coefficients.
+
+    Subclasses add the covariance.
 
     Attributes
     ----------
@@ -64,13 +66,13 @@ class Population:
 
     @property
     def counted(self) -> dict[str, Any]:
-        """Fields that all kinds of population have in common, by name."""
+        """Fields that all kinds of population statistics have in common, by name."""
         return {entry.name: getattr(self, entry.name) for entry in fields(Population)}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Moments(Population):
-    """Statistics of the training walks with the sample covariance.
+    """Statistics of the training walks, with the sample covariance of the Fourier coefficients.
 
     Attributes
     ----------
@@ -83,7 +85,7 @@ class Moments(Population):
 
 @dataclass(frozen=True, kw_only=True)
 class WalkerModel(Population):
-    """Statistics of the training walks with the shrunken covariance.
+    """Statistics of the training walks, with the shrunken covariance of the Fourier coefficients.
 
     Attributes
     ----------
@@ -139,7 +141,7 @@ def training_walk(positions: np.ndarray, frame_rate_hz: float, height_mm: float)
 
 
 def moments(walks: Sequence[TrainingWalk], people: np.ndarray) -> Moments:
-    """Return mean, covariance and other statistics of several people's walks and of the walks' mirror images.
+    """Return mean, covariance and other statistics of the walks of several people and of the walks' mirror images.
 
     Parameters
     ----------
@@ -183,7 +185,7 @@ def moments(walks: Sequence[TrainingWalk], people: np.ndarray) -> Moments:
 
 
 def model_of(sample: Moments) -> WalkerModel:
-    """Return the model of walkers with the given sample statistics."""
+    """Return the model of walkers for the given sample statistics, with a shrunken covariance."""
     rows, _ = anatomical.stance_rows(sample.mean)
     return WalkerModel(
         **sample.counted,
@@ -222,7 +224,7 @@ class CompactMoments(Population):
 
 
 def compact(sample: Moments, components: int) -> CompactMoments:
-    """Reduce the covariance to `components` eigenwalkers and the covariance of the remainder within each harmonic.
+    """Reduce the sample covariance to eigenwalkers, and to the covariance of the remainder within each harmonic.
 
     Raises
     ------
@@ -240,7 +242,7 @@ def compact(sample: Moments, components: int) -> CompactMoments:
 
 
 def expand(sample: CompactMoments) -> Moments:
-    """Return statistics with a full covariance, from eigenwalkers and the covariance within each harmonic."""
+    """Return the statistics with the full covariance, restored from eigenwalkers and blocks within each harmonic."""
     main = (sample.components.T * sample.eigenvalues) @ sample.components
     T = np.zeros((JOINTS * 3, BLOCKS, JOINTS * 3, BLOCKS))
     for block in range(BLOCKS):

@@ -42,9 +42,12 @@ MAX_STRIDE_HZ = 1.35
 MIN_BOUNCE = -0.5
 """Minimum vertical motion of a walk's trunk, relative to the average walker's; runs have about -2."""
 MIN_KNEE_DEG = -15.0
-"""Minimum flexion of a knee, degrees; lax knees hyperextend by 10°, and the 95 % error bars are 15° wide."""
+"""Minimum flexion of a walker's knee, degrees.
+
+Lax knees hyperextend by 10°, and the 95 % error bars are 15° wide.
+"""
 NOISE_MEMORY_S = 0.3
-"""Time, s, in which the errors of keypoints and the shake of a camera decorrelate."""
+"""Time, s, after which the errors of keypoints and the shake of a camera are uncorrelated."""
 
 
 class Verdict(StrEnum):

@@ -1,4 +1,4 @@
-"""Walkers of other laboratories: what the prior gains, and that differences with a known answer are found."""
+"""Tests of the prior for walkers of other laboratories, and of the estimated differences between laboratories."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def test_what_training_lacks_falls_with_every_laboratory() -> None:
 def two_laboratories(
     rng: np.random.Generator, count: int, people: int, offset_mm: float, size: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Walks (R, 5, 15, 3) of several laboratories that differ, with their people and laboratories."""
+    """Return walks (R, 5, 15, 3) of several simulated laboratories, with the person and the laboratory of each walk."""
     base = walkers(rng, 1)[0]
     coefficients, names, owner = [], [], []
     for laboratory in range(count):

@@ -1,4 +1,4 @@
-"""A prior of other laboratories, calibrated on a few people of one's own: against dense formulas, and without leaks."""
+"""Tests of a prior from other laboratories that is calibrated on a few people of the walker's laboratory."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def test_the_prior_is_scaled_to_the_height_of_the_walker() -> None:
 
 
 def test_covariances_are_pooled_by_numbers_of_people() -> None:
-    """With K known people about the calibrated mean: (n C + K S) / (n + K); 36 people behind C count half."""
+    """The covariances of n and K people are pooled as (n C + K S) / (n + K), where 36 people count as n = 18."""
     learnt, people = shipped(), list(walkers(np.random.default_rng(3), 4))
     heights = [height_mm(walker) for walker in people]
     height = 1400.0
@@ -62,7 +62,10 @@ def test_covariances_are_pooled_by_numbers_of_people() -> None:
 
 
 def test_no_walk_of_the_person_reaches_the_prior_but_by_its_height() -> None:
-    """Walks 0 and 1 are of one person; the depth of one, and all of the other, are spoilt."""
+    """A person's own walks do not change the prior for this person, except by the height of the person.
+
+    Walks 0 and 1 are of one person; the depth of one walk, and all of the other walk, are changed.
+    """
     data = samples()
     spoilt = data.coefficients.copy()
     spoilt[0] *= 1.5
@@ -128,7 +131,10 @@ def recorded(source: str) -> tuple[Walks, FourierSamples]:
 def test_eight_known_people_of_a_laboratory_that_is_not_in_the_model(
     model_of: str, tested: str, below_mm2: float
 ) -> None:
-    """Mean square error in depth below that of zhang2007_sources with eight known people; bars of 93 to 97 %."""
+    """With eight known people of the tested laboratory, depth errors are below those of zhang2007_sources.
+
+    The 95 % error bars cover 93 to 97 %.
+    """
     walks, _ = recorded(model_of)
     sample = moments(training_walks(walks), walks.person)
     about = {"people_by_source": {model_of: sample.walkers}}

@@ -1,4 +1,4 @@
-"""The prior: weights, mirror images, shrinkage, and bones."""
+"""Tests of the anatomical prior: weights of walks, mirror images, shrinkage, and bone lengths."""
 
 from __future__ import annotations
 
@@ -149,7 +149,10 @@ def test_proportions_are_those_of_the_mean_whatever_the_size() -> None:
 
 
 def test_a_foot_that_slides_with_constant_speed_satisfies_the_stance_rows() -> None:
-    """Rows of the mean are backward speeds less their mean, and the slope is that of the series."""
+    """The stance constraint is zero for a foot that slides with constant speed.
+
+    The rows of the mean are backward speeds minus their mean, and the slope is the derivative of the Fourier series.
+    """
     people = walkers(np.random.default_rng(6), 8)
     prior = anatomical.fit(people, equal(8), Shrinkage())
     rows, _ = anatomical.stance_rows(prior.mean)

@@ -1,4 +1,4 @@
-"""Missing coefficients: limits, an independent minimiser, finite differences, hidden joints, bars."""
+"""Tests of reconstructed coefficients: limits, independent minimiser, finite differences, hidden joints, error bars."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ PLAIN = Shrinkage(mirror=False, within_harmonic=0.0, diagonal=0.0, extra_varianc
 
 
 def learnt(seed: int, count: int = 14, shrinkage: Shrinkage | None = None) -> tuple[Prior, np.ndarray]:
-    """Return a prior, and a walker who is not part of it."""
+    """Return a prior that is learnt from synthetic walkers, and a walker who is not among them."""
     people = walkers(np.random.default_rng(seed), count + 1)
     weights = np.full(count, 1.0 / count)
     return anatomical.fit(people[1:], weights, shrinkage or Shrinkage()), people[0]
 
 
 def seen_from(walker: np.ndarray, view: np.ndarray) -> np.ndarray:
-    """Coefficients (A, 1, 45 B) in image axes."""
+    """Return the coefficients (A, 1, 45 B) of a walker in the image axes of A views."""
     axes = anatomical.image_axes(view)
     return np.einsum("aij,kjb->akib", axes, anatomical.by_joint(walker)).reshape(len(view), 1, -1)
 
@@ -37,7 +37,7 @@ def seen_from(walker: np.ndarray, view: np.ndarray) -> np.ndarray:
 @given(seed=seeds, angle=angles, noise_variance=st.floats(1.0, 1000.0))
 @settings(max_examples=20, deadline=None)
 def test_without_its_parts_it_is_approach_two(seed: int, angle: float, noise_variance: float) -> None:
-    """No mirror images, two harmonics, no shrinkage, no lengths: MAP with every eigenwalker [zhang2007 3.15]."""
+    """Without mirror images, shrinkage and bone lengths, the result is MAP with all eigenwalkers [zhang2007 3.15]."""
     people = walkers(np.random.default_rng(seed), 12)
     view = np.array([angle, -angle])
     prior = anatomical.fit(people[1:], np.full(11, 1 / 11), PLAIN)
@@ -51,7 +51,7 @@ def test_without_its_parts_it_is_approach_two(seed: int, angle: float, noise_var
 
 @pytest.mark.parametrize("hidden", [False, True], ids=["all seen", "hidden joints"])
 def test_the_conditional_is_that_of_the_formula(hidden: bool) -> None:
-    """With the whole covariance in image axes, and inverses written out."""
+    """The Gaussian distribution of the unknown coefficients equals the textbook formula with full matrices."""
     prior, walker = learnt(12)
     view = np.array([-0.7, 0.3])
     result = anatomical.condition(
@@ -135,7 +135,7 @@ def test_the_derivatives_are_those_of_finite_differences(hidden: np.ndarray) -> 
 
 @pytest.mark.parametrize("hidden", [anatomical.NOTHING_HIDDEN, HIDDEN], ids=["all seen", "hidden joints"])
 def test_an_independent_minimiser_finds_the_same_walker(hidden: np.ndarray) -> None:
-    """The objective written out again, over positions at the phases, and left to a quasi-Newton method."""
+    """A quasi-Newton method finds the same minimum of an objective that is written independently."""
     prior, walker = learnt(3)
     limits = anatomical.tolerances(prior)
     view = np.array([0.4])
@@ -173,7 +173,10 @@ def test_an_independent_minimiser_finds_the_same_walker(hidden: np.ndarray) -> N
 
 
 def test_the_deviations_are_those_of_a_sampler_of_the_posterior() -> None:
-    """The objective written out again, its density exp(-J / 2) walked by Metropolis steps from the mode."""
+    """Standard deviations equal those of posterior samples that a Metropolis sampler draws.
+
+    The sampler uses an independent objective, whose density is exp(-J / 2).
+    """
     people = synthetic.walking_population(np.random.default_rng(7), male=8, female=8, duration_s=3.3)
     rate_hz = people.frame_rate_hz
     walks = np.stack(
@@ -195,7 +198,7 @@ def test_the_deviations_are_those_of_a_sampler_of_the_posterior() -> None:
     (starts, ends), (left, right) = np.array(anatomical.BONES).T, np.array(anatomical.PAIRS).T
 
     def objective(u: np.ndarray) -> np.ndarray:
-        """J (n,) of n walkers."""
+        """Return the cost J (n,) of n walkers."""
         whole = np.tile(rows, (len(u), 1))
         whole[:, unknown] = u
         motion = whole.reshape(-1, 15, 3, 5) @ basis.T
@@ -252,7 +255,10 @@ def test_the_mirror_image_from_the_other_side_is_the_mirrored_answer() -> None:
 
 
 def test_a_hidden_joint_is_recovered_from_the_others_and_kept_off_the_seen() -> None:
-    """Joints that go together: the hidden one follows its mean more closely than chance when the rest is seen."""
+    """A hidden joint is estimated better from the visible joints than by its mean.
+
+    The true position of the hidden joint has no influence.
+    """
     prior, walker = learnt(7, count=30)
     view = np.array([0.3])
     conditional = anatomical.condition(prior, view, noise=Noise(), hidden=HIDDEN)

@@ -1,4 +1,4 @@
-"""Folds of the anatomical reconstruction: none learns from its own person, and half of the views serve all."""
+"""Tests that no model is trained on the tested person, and that half of the views give the results of all views."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ COUNT = 7
 
 
 def samples(seed: int = 0) -> FourierSamples:
-    """Eight walks of seven people; the first has two, and the second is described better."""
+    """Return eight walks of seven people; of the first person's two walks, the second is described better."""
     rng = np.random.default_rng(seed)
     coefficients = walkers(rng, COUNT + 1)
     residual = np.abs(rng.standard_normal((COUNT + 1, 15, 1, 1))) * np.eye(3)
@@ -58,7 +58,7 @@ WHOLE = anatomical_setting(AnatomicalModel(), 2)
 
 
 def spoiled(walk: int) -> FourierSamples:
-    """The same people, but for one walk."""
+    """Return the walks of `samples`, with one walk changed."""
     data = samples()
     coefficients = data.coefficients.copy()
     coefficients[walk] *= 1.5

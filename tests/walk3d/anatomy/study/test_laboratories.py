@@ -1,4 +1,4 @@
-"""Two simulated laboratories with a known answer: joints 25 mm elsewhere, people 10 % larger."""
+"""Tests with two simulated laboratories that differ by 25 mm in joint positions and by 10 % in body size."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The anatomical reconstruction as a method of the papers' sweeps."""
+"""Tests of the anatomical reconstruction as a method of the sweeps that compare reconstruction methods."""
 
 from __future__ import annotations
 
@@ -43,7 +43,10 @@ def test_views_from_the_left_are_those_of_the_mirror_image_from_the_right() -> N
 
 
 def test_the_persons_other_walk_is_not_learnt_from() -> None:
-    """Walks 0 and 1 are one person's."""
+    """The other walk of the tested person does not change the reconstruction.
+
+    Walks 0 and 1 are of one person.
+    """
     approaches = [AnatomicalApproach(data) for data in (samples(), spoiled(0))]
     np.testing.assert_array_equal(*(each.missing(each.fold(1), 1, VIEWS) for each in approaches))
 

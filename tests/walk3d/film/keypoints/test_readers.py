@@ -1,4 +1,4 @@
-"""Readers of keypoints: the content of each format, and rejected files."""
+"""Tests of the readers of keypoints: the content of each format, and rejected files."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ POINTS = np.arange(1.0, 35.0).reshape(17, 2) * 3.0
 
 
 def flat(points: np.ndarray = POINTS, confidence: float = 0.9) -> list[float]:
-    """x, y, confidence in turn."""
+    """Return x, y and confidence of all points as one flat list."""
     return np.column_stack([points, np.full(len(points), confidence)]).ravel().tolist()
 
 
@@ -124,7 +124,7 @@ NAMED = [f"part_{k}" for k in range(17)]
 
 
 def objects(*keys: str) -> list[dict[str, float]]:
-    """Points as objects with x, y and further keys."""
+    """Return the points as JSON objects with x, y and further keys."""
     return [dict(zip(("x", "y", *keys), mark, strict=False)) for mark in MARKS[:, [0, 1, 3]].tolist()]
 
 
@@ -445,7 +445,10 @@ def test_the_rate_of_a_table_is_that_of_most_steps(tmp_path: Path, title: str, u
 
 
 def timed(kind: str, times: Sequence[float | str], folder: Path, **more: float) -> keypoints.Detections:
-    """Read the points at some times, to whose columns the number of the time is added, from a kind of file."""
+    """Write points with time stamps to a file of the given kind, and read them.
+
+    The columns of the points increase by one pixel per time stamp.
+    """
     frames = [(k, time, (POINTS[:6] + np.array([k, 0.0])).tolist()) for k, time in enumerate(times)]
     path = folder / ("a.json" if kind == "json" else "a.csv")
     if kind == "json":
@@ -867,7 +870,7 @@ def test_depths_are_no_confidence(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("objects", [False, True])
 def test_points_in_3d_are_remarked_on(objects: bool, tmp_path: Path) -> None:
-    """Millimetres from a depth camera."""
+    """A note reports that points in 3D, here in mm from a depth camera, are not keypoints of a film."""
     marks = [[x, y, 2000.0 + k] for k, (x, y) in enumerate(POINTS.tolist())]
     points = [dict(zip("xyz", mark, strict=True)) for mark in marks] if objects else marks
     recording = keypoints.read(write(tmp_path / "a.json", [{"frame": k, "joints": points} for k in (0, 1)]))

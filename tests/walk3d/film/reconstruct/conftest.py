@@ -1,4 +1,4 @@
-"""A model of synthetic walkers."""
+"""Fixtures with a model of synthetic walkers."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from walk3d.film.walk.calibration import ANYBODY, AS_OURS, Calibration
 
 @pytest.fixture(scope="session")
 def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A model of the synthetic walkers, its bars as computed, and half as wide again for anybody."""
+    """Return the folder of a model of synthetic walkers, with error bars 1.5 times as wide for `anybody`."""
     small = compact(moments(walks()[1:], np.arange(len(walks()) - 1)), 6)
     folder = tmp_path_factory.mktemp("model")
     shapes = ((8, 3, 3), (6, 3), (20, 3), (2, 3))

@@ -1,4 +1,4 @@
-"""From files of keypoints to walks: layouts, people, turns, refusals; the files that are written."""
+"""Tests of the reconstruction from files of keypoints: layouts, people, curved paths, rejected clips, written files."""
 
 from __future__ import annotations
 
@@ -228,7 +228,7 @@ def test_an_unknown_rate_is_asked_for_and_a_wrong_one_remarked_on(model: Path, t
     slow.write_text("time,left_knee_x,left_knee_y\n0,1,2\n0.04,3,4\n", encoding="utf-8")
     notes: list[str] = []
     assert _rate(given(slow, frame_rate_hz=25.03), keypoints.read(slow), notes) == 25.03
-    assert notes == ["The file says 25 frames per second; 25.03 was given and is used."]
+    assert notes == ["The file states 25 frames per second, but input.frame_rate_hz=25.03 is used."]
     # At half the rate it is a slow walk, whose times and speeds depend on the rate.
     half = given(path, frame_rate_hz=15.0, focal_px=sim.focal_px)
     result = summarise(reconstruct_clip(half, model))
@@ -435,11 +435,14 @@ _NEAR = {
     "ankle": ("toe", "heel", "foot"),
     "wrist": ("hand", "tip", "handtip", "thumb", "pinky", "index"),
 }
-"""Joints that have other points of layouts near them."""
+"""Body parts next to each joint, by the words in the names of layout points."""
 
 
 def _numbered(layout: str) -> Detections:
-    """Return points of a layout; a point that is not a joint is at or near the nearest joint."""
+    """Return detections without point names in the given layout.
+
+    A point that is not a joint is at or near the nearest joint.
+    """
     values = in_layout(clip(90.0, ERROR), layout)
     pixels = in_layout(clip(90.0, ERROR), "walker15")
     for k, point in enumerate(layouts.layouts()[layout].points):
@@ -715,7 +718,7 @@ def test_the_command_prints_what_was_found(say: Callable[..., object], model: Pa
 
 @pytest.fixture(scope="session")
 def recordings() -> Path:
-    """Folder of keypoints that real detectors gave; tests that ask for it are skipped where there is none."""
+    """Return the folder with keypoints of real detectors, or skip the test if the folder is not available."""
     folder = os.environ.get("KEYPOINTS_RECORDINGS")
     if not folder:
         pytest.skip("needs keypoints of real detectors: set KEYPOINTS_RECORDINGS")
@@ -739,7 +742,10 @@ def test_towards_the_camera_and_away_again(recordings: Path) -> None:
 def test_known_views_are_within_the_interval(
     view: str, headings: tuple[int, int], walk: str, recordings: Path
 ) -> None:
-    """Away and towards the camera, or to its right and left; the line itself is known to a few degrees."""
+    """The heading of walks with a known direction lies within its 95 % interval.
+
+    People walk away from and towards the camera, or to the right and left; the directions are known to a few degrees.
+    """
     path = recordings / "alphapose_known_angles" / "0" / f"000_{view}_{walk}_nm.json"
     given_ = Input(path=str(path), frame_rate_hz=15.0)
     result = summarise(reconstruct_clip(given_))
@@ -754,7 +760,10 @@ def test_known_views_are_within_the_interval(
 
 
 def steps_per_min_by_plain_search(path: Path, frame_rate_hz: float) -> float:
-    """The frequency whose three harmonics leave least of left less right knees and ankles; no model of walkers."""
+    """Return the cadence, steps per minute, at which three harmonics best fit the left-right difference of the legs.
+
+    The search uses no model of walkers.
+    """
     best: dict[int, dict[str, Any]] = {}
     for row in json.loads(path.read_text()):
         frame = int(row["image_id"].split(".")[0])

@@ -1,4 +1,4 @@
-"""A few people of another laboratory move the joints of the model, and everybody else of that laboratory is nearer."""
+"""Tests that calibration on a few people of a laboratory reduces the errors for all other people of this laboratory."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def small() -> CompactMoments:
 
 @pytest.fixture(scope="module")
 def elsewhere() -> np.ndarray:
-    """Walkers (4, 9, 15, 3), mean of left and right, of a laboratory whose knees are 40 mm further forward."""
+    """Return walkers (4, 9, 15, 3) of a laboratory that places both knees 40 mm further forward."""
     each = anatomical.by_block(np.stack([walk.walker for walk in walks()[:4]]))
     both = (each + fourier.mirrored(each)) / 2.0
     both[:, 0, [WALKER15.index("left_knee"), WALKER15.index("right_knee")], 1] += 40.0

@@ -1,4 +1,4 @@
-"""Tracks of people: how far a person may move from one detection to the next, and which tracks are one person's."""
+"""Tests of the tracking of people: maximum motion between two detections, and joining of tracks."""
 
 from __future__ import annotations
 
@@ -10,7 +10,10 @@ from walk3d.film.walk.tracks import find_tracks
 
 @pytest.mark.parametrize(("share", "gap", "tracks"), [(0.08, 1, 1), (0.2, 1, 2), (0.2, 5, 1), (0.5, 5, 2)])
 def test_who_moves_too_far_for_the_time_that_passed_is_another(share: float, gap: int, tracks: int) -> None:
-    """At 30 frames a second: 9 % of the height at once, and 2.2 heights a second over more than a frame."""
+    """A motion above the limits for the time between two detections begins a new track.
+
+    At 30 frames per second, the limits are 9 % of the height, and 2.2 heights per second.
+    """
     person = np.random.default_rng(0).uniform(0.0, 100.0, size=(15, 2))
     person[:2] = [[50.0, 0.0], [50.0, 100.0]]  # of height 100
     frame = np.array([0, 1, 1 + gap])
@@ -28,7 +31,10 @@ def test_of_two_people_at_one_place_the_identities_decide() -> None:
 
 
 def walker(frames: np.ndarray, height: float = 100.0, row: float = 0.0, speed: float = 3.0) -> np.ndarray:
-    """Joints (T, 15, 2) of a body that crosses the image, in pixels; 3 a frame is 0.9 heights a second."""
+    """Return the joints (T, 15, 2), px, of a body that crosses the image.
+
+    A speed of 3 pixels per frame is 0.9 heights per second.
+    """
     body = np.random.default_rng(0).uniform(0.0, height, size=(15, 2))
     body[:2] = [[height / 2, 0.0], [height / 2, height]]
     return body + np.stack([speed * frames, np.full(len(frames), row)], axis=-1)[:, None]

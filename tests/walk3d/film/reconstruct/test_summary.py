@@ -1,4 +1,4 @@
-"""Numbers of a summary against the walk that they describe, by name, axis and width of their bars."""
+"""Tests that the numbers in the summary are those of the simulated walk, with their units and error bars."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from walk3d.film.walk.view import level_axes
 
 @pytest.fixture(scope="module")
 def walk(model: Path, tmp_path_factory: pytest.TempPathFactory) -> Walk:
-    """A walk of a person of known stature, whose bars are those for `anybody`."""
+    """Return the reconstructed walk of a person of known stature, with the error bars for `anybody`."""
     sim = clip(-30.0, ERROR)
     path = alphapose(tmp_path_factory.mktemp("clip") / "a.json", in_layout(sim, "coco17"))
     options = given(path, focal_px=sim.focal_px, stature_mm=1700.0)
@@ -102,7 +102,7 @@ def test_numbers_of_the_cycle_are_those_of_the_walker_in_its_units(walk: Walk) -
 
 
 def clip_cycle() -> dict[tuple[str, str], float]:
-    """Numbers of the walker who was filmed."""
+    """Return the gait-cycle numbers of the simulated walker, by kind and side."""
     walk = walks()[0]
     values = gait_cycle(walk.walker, walk.frequency_hz, stance_rows(walk.walker)[1]).values
     return dict(zip(NUMBERS, values.tolist(), strict=True))

@@ -1,4 +1,4 @@
-"""Error bars are learnt on people, and on laboratories, that the model has not seen."""
+"""Tests that error bars are learnt on people and laboratories that are left out of the model."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from walk3d.film.walk.calibration import ANYBODY, AS_OURS
 
 @pytest.fixture
 def walks() -> Walks:
-    """Seven synthetic walkers of two laboratories."""
+    """Return the walks of seven synthetic walkers of two laboratories."""
     owner = compose(["experiment=zhang2007_fig2", "data=synthetic", "scale=smoke", "data.walkers=7"])
     output = owner.data.request(WALKS, owner.skeleton, owner.seed, owner.workers).make()
     assert isinstance(output, Walks)
@@ -61,7 +61,10 @@ MIRRORS = [Path(folder) for folder in os.environ.get("MOCAP_MIRROR", "").split("
     reason="needs MOCAP_MIRROR with the recordings of data=many",
 )
 def test_the_model_that_comes_with_the_package_is_what_the_recordings_give() -> None:
-    """A mapping that puts a joint elsewhere makes it another's model: train it again, with a line in the changelog."""
+    """The shipped model equals the model that is trained on the recordings.
+
+    After a change of a mapping to joints, train the model again, and add a line to the changelog.
+    """
     owner = compose(["experiment=zhang2007_fig2", "dataset.walks=all", "data=many"])
     walks = owner.data.request(WALKS, owner.skeleton, owner.seed, owner.workers).make()
     assert isinstance(walks, Walks)

@@ -1,4 +1,4 @@
-"""The page of one walk: small, whole in one file, and drawn by a browser without an error."""
+"""Tests of the page of one walk: small, a single file, and drawn by a browser without an error."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ NUMBERS = {
 
 
 def page(frames: int) -> WalkPage:
-    """A page of a walk that is none: joints that swing."""
+    """Return a page with joints that swing without being a walk."""
     generator = np.random.default_rng(3)
     phase = np.linspace(0.0, 9.0, frames)[:, None, None] + np.arange(15)[:, None]
     positions = 300.0 * np.sin(phase + np.arange(3)) + np.arange(15)[:, None] * 90.0
@@ -123,7 +123,7 @@ def test_what_is_drawn_is_what_was_given(tmp_path: Path) -> None:
 
 
 def test_a_film_is_under_the_skeleton_of_its_frames(browser: str, tmp_path: Path) -> None:
-    """A blue picture under the joints of the frames; the page says how many frames it has."""
+    """The page draws the picture of the film under the skeleton, and states the number of frames with a picture."""
     path, inputs = tmp_path / "walk.html", page(60)
     part = (0.25, 0.0, 0.75, 0.5)
     write_walk_page(path, replace(inputs, film=[(10, BLUE), (40, BLUE)], film_part=part))

@@ -1,4 +1,4 @@
-"""Files of a reconstructed walk: motion in every format, recording, page; what is written can be read."""
+"""Tests that the written files of a reconstructed walk can be read: motion in every format, recording, and page."""
 
 from __future__ import annotations
 
@@ -208,7 +208,7 @@ def test_the_exit_status_says_on_request_that_a_clip_is_not_a_walk(
 
 
 def test_the_command_loads_no_more_than_it_needs() -> None:
-    """Loading tables, compiled loops, pictures and recordings would take longer than most reconstructions."""
+    """The command does not load packages that take longer to load than a reconstruction."""
     heavy = "pandas", "numba", "matplotlib", "rerun", "jinja2"
     script = (
         f"import sys, pipeline.cli.main, walk3d.film.command; print([m for m in {heavy} if m in sys.modules])"

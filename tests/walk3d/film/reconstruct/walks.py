@@ -1,4 +1,4 @@
-"""Simulated keypoints as files."""
+"""Files with simulated keypoints."""
 
 from __future__ import annotations
 
@@ -17,13 +17,16 @@ ERROR = DetectorError(white_px=2.0, slow_px=2.0, bias_mm=5.0, missing=0.02, swap
 
 
 def given(path: Path, **more: object) -> Input:
-    """Return the input that describes a simulated video."""
+    """Return the input options that describe a simulated video."""
     options = {"path": str(path), "frame_rate_hz": 30.0, "width": SIZE[0], "height": SIZE[1], "focal_px": 0.0}
     return Input(**{**options, **more})  # type: ignore[arg-type]
 
 
 def in_layout(sim: SimulatedKeypoints, name: str) -> np.ndarray:
-    """Points (T, K, 3) of a layout, in pixels with confidence: joints where it has them, their neighbours elsewhere."""
+    """Return the points (T, K, 3) of a layout, px and confidence, from simulated joints.
+
+    Points that are not joints have the confidence 0.
+    """
     layout = layouts()[name]
     pixels = np.nan_to_num(sim.pixels + np.array(SIZE) / 2.0)
     values = np.zeros((len(pixels), len(layout.points), 3))
@@ -37,7 +40,7 @@ def in_layout(sim: SimulatedKeypoints, name: str) -> np.ndarray:
 
 
 def alphapose(path: Path, values: np.ndarray) -> Path:
-    """Write a file of AlphaPose."""
+    """Write keypoints to a file in the format of AlphaPose, and return its path."""
     rows = [
         {"image_id": f"{t}.jpg", "keypoints": v.ravel().tolist(), "idx": [0.0]} for t, v in enumerate(values)
     ]

@@ -1,4 +1,4 @@
-"""Errors of a simulated detector have the size and the memory that they are asked for."""
+"""Tests that the errors of a simulated detector have the requested size and autocorrelation."""
 
 from __future__ import annotations
 

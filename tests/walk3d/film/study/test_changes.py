@@ -1,4 +1,4 @@
-"""The same clips under every condition, and what a condition changes."""
+"""Tests that all conditions use the same clips, and that each condition changes the right setting."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Simulated clips of walks: who is filmed from where, and bars that are calibrated on other people alone."""
+"""Tests of the simulated clips: people, headings, and error bars that are calibrated on other people only."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from walk3d.film.walk.calibration import StandardErrors
 
 
 def walkers(people: int) -> FilmedWalkers:
-    """Return people; every second one has two walks."""
+    """Return walks of the given number of people; every second person has two walks."""
     person = np.array([f"p{k:02d}" for k in range(people) for _ in range(1 + k % 2)])
     W = len(person)
     return FilmedWalkers(
@@ -42,7 +42,7 @@ def test_people_and_sides_take_turns(people: int) -> None:
 
 
 def measured(seed: int, sd: float) -> ClipErrors:
-    """Errors of one clip, normal."""
+    """Return normally distributed errors of one simulated clip."""
     generator = np.random.default_rng(seed)
     return ClipErrors(
         view_error_deg=1.0, cadence_error_percent=0.1, distance_mm=np.ones(3), angle_deg=np.ones((3, 6)),

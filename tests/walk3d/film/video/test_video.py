@@ -1,4 +1,4 @@
-"""Film in: what surrounds the networks here, and the networks on a film where they and one are at hand."""
+"""Tests of the processing of videos, with and without the pose networks."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ def test_a_film_that_hangs_upside_down_is_refused(monkeypatch: pytest.MonkeyPatc
 
 
 def rewritten(content: bytes, change: Callable[[bytes, bytes], bytes]) -> bytes:
-    """Boxes of an MP4 file, with the bodies of those that hold no others changed."""
+    """Return the boxes of an MP4 file, after a change of the bodies of all boxes that contain no other boxes."""
     written, at = b"", 0
     while at < len(content):
         size, kind = struct.unpack_from(">I4s", content, at)
@@ -120,7 +120,7 @@ def rewritten(content: bytes, change: Callable[[bytes, bytes], bytes]) -> bytes:
 
 
 def grey_film(path: Path, count: int = 20) -> None:
-    """A film whose picture number n has the brightness 10 n."""
+    """Write a film in which the image number n has the brightness 10 n."""
     cv2 = pytest.importorskip("cv2")
     writer = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*"mp4v"), 30, (720, 480))
     for number in range(count):
@@ -148,7 +148,7 @@ def test_key_frames_are_parts_of_some_frames(tmp_path: Path) -> None:
 
 
 def test_key_frames_of_ten_seconds_fit_the_page() -> None:
-    """Noise is the film that JPEG compresses least."""
+    """Key frames of ten seconds of noise, which JPEG compresses least, are small enough for the page."""
     pytest.importorskip("cv2")
     generator = np.random.default_rng(1)
     pictures = {number: generator.integers(0, 256, (360, 640, 3), np.uint8) for number in range(300)}
@@ -160,7 +160,10 @@ def test_key_frames_of_ten_seconds_fit_the_page() -> None:
 
 
 def test_the_small_film_is_the_pictures_in_order(tmp_path: Path) -> None:
-    """The viewer finds a video with the times; declared as pictures again, OpenCV reads them back."""
+    """The reduced film contains the images in order, with their times.
+
+    The viewer reads it as a video; OpenCV reads it as an animated image after a change of its type.
+    """
     cv2 = pytest.importorskip("cv2")
     content = small.film_of([np.full((48, 64, 3), 30 * n, np.uint8) for n in range(8)], 25.0)
     times = rr.AssetVideo(contents=content, media_type="video/mp4").read_frame_timestamps_nanos()
@@ -212,7 +215,10 @@ def test_the_overlay_has_the_colours_of_the_page(tmp_path: Path) -> None:
 def test_a_phones_film_is_upright_and_keeps_its_time_stamps(
     matrix: tuple[int, ...], corner: tuple[int, int], tmp_path: Path
 ) -> None:
-    """A bright first corner goes where the file's matrix turns it; one frame of twenty lasts three times as long."""
+    """A video that is rotated by the matrix in its file is upright, and keeps its time stamps.
+
+    One frame of twenty lasts three times as long as the others.
+    """
     cv2 = pytest.importorskip("cv2")
     path = tmp_path / "film.mp4"
     writer = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*"mp4v"), 30, (64, 48))

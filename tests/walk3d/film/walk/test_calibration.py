@@ -1,4 +1,4 @@
-"""Bars whose multipliers were learnt cover what their level says, in every group, axis and kind of angle."""
+"""Tests that calibrated error bars have the stated coverage, for each group of joints, axis and kind of angle."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Events and numbers of the gait cycle of walkers made by hand, their derivatives, and their times in a clip."""
+"""Tests of gait events and gait-cycle numbers of constructed walkers, their derivatives, and their times in a clip."""
 
 from __future__ import annotations
 
@@ -25,17 +25,20 @@ ANKLES = WALKER15.index("left_ankle"), WALKER15.index("right_ankle")
 
 
 def of(walk: TrainingWalk) -> GaitCycle:
-    """Its cycle, on its own ground."""
+    """Return the gait cycle of a training walk, with the speed of the ground in this walk."""
     return gait_cycle(walk.walker, walk.frequency_hz, stance_rows(walk.walker)[1])
 
 
 def numbers(cycle: GaitCycle) -> dict[tuple[str, str], float]:
-    """Values by kind and side."""
+    """Return the gait-cycle numbers by kind and side."""
     return dict(zip(NUMBERS, cycle.values.tolist(), strict=True))
 
 
 def test_a_walker_whose_events_are_known() -> None:
-    """Ankles that swing as sines, the right one half a cycle later: events a quarter after zero and by the lag."""
+    """Ankles that swing as sine curves have gait events a quarter of a cycle after zero, plus the delay of the event.
+
+    The right ankle swings half a cycle later.
+    """
     walker = np.zeros((15, 3, 9))
     walker[ANKLES[0], 1, 0] = 40.0  # set down farther in front
     for sign, ankle in zip((1.0, -1.0), ANKLES, strict=True):

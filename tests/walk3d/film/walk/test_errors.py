@@ -1,4 +1,4 @@
-"""Errors of a reconstruction: one scale for a clip, and what the average walker and the kept image give."""
+"""Tests of the errors of a reconstruction, of the scale of a clip, and of the two baselines."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from walk3d.film.walk import Fitting, Reconstruction, errors, reconstruct
 
 @pytest.fixture(scope="module")
 def found() -> tuple[SimulatedKeypoints, Reconstruction]:
-    """A clip without error, reconstructed."""
+    """Return a simulated clip without detector errors, and its reconstruction."""
     sim = clip(40.0)
     observed = np.ones(sim.pixels.shape[:2])
     return sim, reconstruct(

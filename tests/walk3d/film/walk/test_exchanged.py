@@ -1,4 +1,4 @@
-"""Exchanged labels: the cheapest sequence is that of all sequences."""
+"""Tests that the search for exchanged labels finds the labels with the smallest cost of all sequences."""
 
 from __future__ import annotations
 

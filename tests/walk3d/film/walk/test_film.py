@@ -1,4 +1,4 @@
-"""Films as people make them: a person stands first, the camera shakes, the given rate is wrong, or no person walks."""
+"""Tests of films as amateurs make them: standing before the walk, shaking camera, wrong frame rate, or no walk."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Objective of the refinement: derivatives against differences, the minimum against a generic minimiser."""
+"""Tests of the cost function: derivatives against finite differences, and the minimum against a general minimiser."""
 
 from __future__ import annotations
 

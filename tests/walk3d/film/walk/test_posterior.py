@@ -1,4 +1,4 @@
-"""Error bars of a reconstructed walk: their parts besides the fit."""
+"""Tests of the contributions to the error bars that do not come from the fit's covariance."""
 
 from __future__ import annotations
 

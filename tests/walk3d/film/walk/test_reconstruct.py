@@ -1,4 +1,4 @@
-"""From keypoints to a walk, on synthetic people who are not part of the model."""
+"""Tests of the reconstruction from keypoints, with synthetic people who are not part of the model."""
 
 from __future__ import annotations
 
@@ -106,7 +106,10 @@ def test_legs_alone_exchanged_throughout_are_found(heading: float, seed: int) ->
 
 
 def test_all_exchanged_and_again_in_most_frames_is_as_given() -> None:
-    """From afar a walker and the mirror image look alike: the search comes to the given labels from the others."""
+    """A walk whose labels are exchanged as a whole, and again in most frames, is reported with the detected labels.
+
+    From a large distance, a walker and the mirror image look alike, and the search starts with either labels.
+    """
     filming = Filming(heading_rad=np.radians(96.0), speed_mm_s=1200.0, distance_mm=(9000.0, 14000.0))
     sim = simulate_keypoints(np.random.default_rng(26), motions()[0], RATE, filming, DetectorError())
     result = reconstruct(sim.pixels, np.ones(sim.pixels.shape[:2]), sim.frame_rate_hz, 1800.0, prior())

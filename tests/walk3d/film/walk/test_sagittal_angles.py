@@ -1,4 +1,4 @@
-"""Signed angles in the plane of progression: postures whose angles anybody can tell, and their derivatives."""
+"""Tests of the signed joint angles in the plane of progression: postures with known angles, and derivatives."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from walk3d.film.walk.sagittal_angles import ANGLES, sagittal_angles, sagittal_s
 
 
 def standing() -> np.ndarray:
-    """Return a person who stands straight with hanging arms, (15, 3)."""
+    """Return the joints (15, 3) of a person who stands straight with hanging arms."""
     at = np.zeros((15, 3))
     heights = {"head": 700, "sternum": 500, "shoulder": 450, "elbow": 150, "wrist": -100, "hip": -20, "knee": -450,
                "ankle": -850, "pelvis": 0}  # fmt: skip
@@ -23,7 +23,7 @@ def standing() -> np.ndarray:
 
 
 def turned(at: np.ndarray, centre: str, joints: tuple[str, ...], degrees: float) -> np.ndarray:
-    """The posture with joints turned about another, their lower parts forwards."""
+    """Return the posture after a rotation of some joints about another joint, with the lower parts moved forwards."""
     result, c, s = at.copy(), np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
     for joint in joints:
         _, y, z = at[WALKER15.index(joint)] - at[WALKER15.index(centre)]
@@ -32,7 +32,7 @@ def turned(at: np.ndarray, centre: str, joints: tuple[str, ...], degrees: float)
 
 
 def angles_of(at: np.ndarray) -> dict[str, float]:
-    """Angles that are not zero, in degrees."""
+    """Return the joint angles that are not zero, degrees, by name."""
     result = zip(ANGLES, np.degrees(sagittal_angles(at)).round(6).tolist(), strict=True)
     return {name: angle for name, angle in result if angle}
 

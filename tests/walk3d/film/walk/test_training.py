@@ -1,4 +1,4 @@
-"""The model of walkers: mean, structured covariance, mirror images."""
+"""Tests of the model of walkers: mean, structured covariance, and mirror images."""
 
 from __future__ import annotations
 

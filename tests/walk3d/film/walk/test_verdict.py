@@ -1,4 +1,4 @@
-"""Thresholds of doubtful and of rejected walks, on either side of each."""
+"""Tests of the verdicts on either side of each threshold between walks, doubtful walks and other clips."""
 
 from __future__ import annotations
 
@@ -74,7 +74,10 @@ def test_every_threshold_parts_what_is_below_from_what_is_above(
 
 
 def seen_trunk(times: np.ndarray, rise: float, noise_px: np.ndarray) -> SimpleNamespace:
-    """A trunk that rises `rise` times as far as the average walker's 30 mm, 0.9 strides a second, at half the size."""
+    """Return a simulated reconstruction whose trunk rises `rise` times as far as the average walker's trunk.
+
+    The average walker's trunk rises by 30 mm at 0.9 strides per second; the image has half the size.
+    """
     mean = np.zeros((15, 3, BLOCKS))
     mean[TRUNK, 2, 3] = 30.0
     phases = 2.0 * np.pi * 0.9 * times

@@ -1,4 +1,4 @@
-"""A small population of synthetic walkers, and a clip of one who is not among them."""
+"""Population of 14 synthetic walkers, and simulated clips of a walker who is not in the model."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ CLEAN = DetectorError(white_px=0.5, slow_px=0.0, bias_mm=0.0, missing=0.0, swaps
 
 @functools.cache
 def motions() -> tuple[np.ndarray, ...]:
-    """Treadmill equivalents of 14 synthetic walkers about the mean pelvis."""
+    """Return the positions of 14 synthetic walkers on a treadmill, relative to the mean pelvis."""
     people = walkers.walking_population(
         np.random.default_rng(3), male=7, female=7, duration_s=2.8, frame_rate_hz=RATE, marker_noise_mm=0.5
     )
@@ -27,13 +27,13 @@ def motions() -> tuple[np.ndarray, ...]:
 
 @functools.cache
 def walks() -> tuple[TrainingWalk, ...]:
-    """The walkers as the model is trained on them."""
+    """Return the synthetic walkers as training walks of the model."""
     return tuple(training_walk(motion, RATE, walking.stature(motion)) for motion in motions())
 
 
 @functools.cache
 def prior() -> Prior:
-    """Learnt from all but the first."""
+    """Return the prior that is learnt from all synthetic walkers except the first."""
     return prepare(train(list(walks()[1:]), np.arange(len(walks()) - 1)), Detector())
 
 
@@ -44,6 +44,6 @@ def clip(
     speed: float = 1200.0,
     frame_rate_hz: float = 30.0,
 ) -> SimulatedKeypoints:
-    """The first walker, filmed."""
+    """Return a simulated clip of the first synthetic walker."""
     filming = Filming(heading_rad=np.radians(heading_deg), speed_mm_s=speed, frame_rate_hz=frame_rate_hz)
     return simulate_keypoints(np.random.default_rng(seed), motions()[0], RATE, filming, error)

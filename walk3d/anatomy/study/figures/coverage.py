@@ -38,9 +38,10 @@ class BarCoverage(Figure):
     sweep = Coverage
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table`` by method, kind of error bar and level, and further tables of the 95 % error bars.
+        """Return tables of the coverage and width of error bars.
 
-        The further tables are by view, joint group and walker.
+        ``table`` is by method, kind of error bar and level.  The further tables have the 95 % error bars by view, joint
+        group and walker.
 
         ``table_walkers_views`` and ``table_walkers_joints`` have each walker, for the calibrated anatomical bars only.
         """

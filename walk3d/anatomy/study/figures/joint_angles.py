@@ -31,9 +31,10 @@ class JointAngleFigure(Figure):
     traits = Traits(over_people=("table_walkers",), ranked_by=("table_walkers", "rmse_deg"))
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table``, means over walkers, and ``table_walkers``, means over views.
+        """Return tables of the errors of joint angles, by view and by walker.
 
-        ``table`` has a row for each method, angle and view; ``table_walkers`` has rows for each walker.
+        ``table`` has means over walkers for each method, angle and view; ``table_walkers`` has means over views for
+        each walker.
 
         Walkers with an unmeasured joint of an angle are left out of it.  ``table_summary`` has mean, median and worst
         walker, over all views.
@@ -57,7 +58,7 @@ class JointAngleFigure(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Return a column of two charts for each joint angle: its error with and without the constant offset."""
+        """Return two charts of the error of each joint angle, with and without the constant offset."""
         angles = [angle for angle in JOINT_ANGLES if (tables["table"]["angle"] == angle).any()]
         styles = methods.styles(inputs.sweep.methods.tolist())
         view = VIEW | {"abscissa": Axis(ticks=45)}

@@ -40,7 +40,9 @@ class LearningCurves(Figure):
     traits = Traits(timeline="people")
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return the learning curves ``table``, and ``table_sources`` by laboratory, training data and method.
+        """Return tables of the learning curves, and of the errors by laboratory, training data and method.
+
+        ``table`` has the learning curves, and ``table_sources`` has the errors.
 
         ``table_walkers`` has each walker of ``table_sources``.  ``table_summary`` is over all people, with the person
         or the laboratory left out.
@@ -60,7 +62,7 @@ class LearningCurves(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Return charts of errors and spanned variance against training people, and of error bars by laboratory."""
+        """Return charts of the learning curves, and of errors and coverage of error bars by laboratory."""
         curve = partial(
             Chart, x="people", y="absolute_error_mm2", by="method", styles=CURVES, zero=True,
             abscissa=Axis(label="people learnt from"), label="mean square error",

@@ -40,9 +40,9 @@ class HiddenJointErrors(Figure):
     traits = Traits(timeline="view_angle_deg")
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return the errors by hidden joints, method and view, and tables of views, error bars and walkers.
+        """Return tables of the errors of hidden joints and of the coverage of their error bars.
 
-        ``table_hidden`` contains the means over all views.
+        ``table`` has the errors by hidden joints, method and view; ``table_hidden`` contains the means over all views.
 
         ``table_bars`` is over the three axes of the hidden joints; ``table_axes`` has each axis.
         """
@@ -87,7 +87,7 @@ class HiddenJointErrors(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Return charts of errors of hidden joints, coverage of their error bars, and errors of visible joints."""
+        """Return charts of the errors of hidden and visible joints, and of the coverage of the error bars."""
         styles = {name: STYLES[name] for name in METHODS}
         distance = partial(
             Chart,

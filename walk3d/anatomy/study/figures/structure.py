@@ -23,7 +23,7 @@ from walk3d.anatomy.study.sweeps.structure import Structure, StructureErrors
 Inputs = FigureInputs[FourierSamples, AnatomicalWalkers, StructureErrors]
 
 BASELINE = "map_tuned"
-"""Baseline method of the comparisons."""
+"""Method with which all other methods of the comparisons are compared."""
 
 SHOWN = {name: style for name, style in STYLES.items() if METHODS[name].part}
 
@@ -36,9 +36,9 @@ class StructureLadder(Figure):
     traits = Traits(sequence="seen_from_deg", timeline="view_angle_deg")
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return errors by method and view (``table``), by method (``table_ladder``) and by walker.
+        """Return tables of the reconstruction error by method and view, by method, and by walker.
 
-        The table by walker is ``table_walkers``.
+        They are ``table``, ``table_ladder`` and ``table_walkers``.
         """
         model = inputs.model
         people = PeopleResampled(len(model.people), inputs.experiment.seed)
@@ -83,7 +83,9 @@ class StructureLadder(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Return charts of the error by view, of every ablation step, and of each person's error against MAP's.
+        """Return charts of the error by view, of the error of each ablation step, and of each person's error.
+
+        The chart of each person's error compares it with the error of MAP.
 
         The errors of the ablation steps have intervals.
         """

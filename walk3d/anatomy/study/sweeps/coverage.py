@@ -28,7 +28,7 @@ METHODS = ("least_squares", "map_70", "map_tuned", "anatomical")
 COMPONENTS = 30
 """Number of eigenwalkers for reconstruction by least squares [zhang2007 4.1]."""
 SAMPLE_VIEW_DEG, SAMPLES = 30.0, 12
-"""View, degrees, for which the posterior is sampled, and number of samples."""
+"""View angle, degrees, at which the posterior is sampled, and number of samples."""
 _MIN_SD_MM = 1e-6
 LEVELS = np.array([0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99])
 LEVEL_95 = 10
@@ -37,7 +37,7 @@ LEVEL_95 = 10
 
 @dataclass(frozen=True)
 class Bars:
-    """Coverage and half-widths of every method's error bars at instants in the missing dimension.
+    """Coverage and half-widths of the error bars of every method, in the missing dimension.
 
     Attributes
     ----------
@@ -60,7 +60,7 @@ class Bars:
 
 
 class Coverage(Sweep):
-    """Error bars of walks that are reconstructed at known view angles."""
+    """Sweep over known view angles that compares the error bars of several methods with their errors."""
 
     draws_random_numbers = True
 
@@ -89,7 +89,7 @@ class Coverage(Sweep):
         rows: dict[str, list[dict[str, object]]] = {"levels": [], "views": [], "joints": []}
 
         def add(name: str, error: np.ndarray, half: np.ndarray, **keys: object) -> None:
-            """Add a row for each of P people from errors and half-widths (P, …)."""
+            """Add a table row for each of P people with the coverage and width of error bars."""
             covered = (error <= half).reshape(people.count, -1).mean(axis=1)
             for p, who in enumerate(inputs.model.people):
                 cells = {"covered_percent": 100.0 * covered[p], "half_width_mm": half[p].mean()}
@@ -127,7 +127,7 @@ class Coverage(Sweep):
         person: int,
         inputs: AnatomicalInputs,
     ) -> dict[str, np.ndarray]:
-        """Return one person's missing dimension (1 + 2H, 15) from one view, and posterior samples (N, 1 + 2H, 15)."""
+        """Return a person's reconstructed missing dimension (1 + 2H, 15), and N samples of its posterior."""
         setting = anatomical_setting(inputs.model_options, people.harmonics)
         (estimate,) = people.fold(person).reconstruct(
             [setting], people.walker(person)[None], np.radians([SAMPLE_VIEW_DEG]), with_covariance=True
@@ -140,7 +140,7 @@ class Coverage(Sweep):
 
 
 def least_squares_bars(people: People, person: int, view: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return errors and standard deviations (A, 15, K), mm, of reconstructions by approach I.
+    """Return errors and standard deviations (A, 15, K), mm, of reconstructions by least squares (approach I).
 
     The covariance is the residual variance times (E^T E)^-1.
     """

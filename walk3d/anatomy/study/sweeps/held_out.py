@@ -1,4 +1,4 @@
-"""Held-out people, priors trained without these people, and their reconstructions from many views.
+"""Held-out people, models trained without them, and reconstructions of their walks from many views.
 
 A prior with mirror images is symmetric.  A walker and its mirror image, both seen from the right, are therefore
 equivalent to the walker seen from both sides, and half of the views are enough.
@@ -32,13 +32,18 @@ PHASES = 8
 BARS = ("as computed", "calibrated")
 """Kinds of error bars: those of a normal distribution, and those scaled by calibration on other people."""
 NOISE_VARIANCES_MM2 = (70.0, 150.0, 300.0, 500.0, 700.0, 1000.0, 1500.0)
-"""Candidates for sigma² of MAP; the study of hidden joints leaves out the first and the last."""
+"""Candidate values of sigma² for MAP, mm².
+
+The study of hidden joints leaves out the first and the last value.
+"""
 
 NORMAL_95 = 1.959963984540054
 """Half-width of the 95 % interval of a normal distribution, in standard deviations."""
 
 CHOOSING_VIEWS_DEG = (0.0, 30.0, 60.0, 90.0)
-"""View angles at which settings are selected; each pair of people is tested at one of these angles.
+"""View angles, degrees, at which the settings of the methods are selected.
+
+Each pair of people is tested at one of these angles.
 
 Views from the right suffice, because the prior is symmetric.
 """
@@ -75,7 +80,7 @@ class People:
 
     @property
     def more_walks(self) -> bool:
-        """True if a person has more walks than the tested one."""
+        """True if at least one person has several walks."""
         return len(self._person) > self.count
 
     @property
@@ -98,7 +103,7 @@ class People:
         return np.einsum("aij,kjb->akib", anatomical.image_axes(view_rad), walker)
 
     def beyond_in_space(self, person: int, view_rad: np.ndarray) -> np.ndarray:
-        """Return the power (A, 15, 3), mm², outside the Fourier series, in the image axes across, up and away."""
+        """Return the power (A, 15, 3), mm², that a person's Fourier series does not contain, along the image axes."""
         axes = anatomical.image_axes(view_rad)
         covariance = self.data.residual_covariance[self.model.tested[person]]
         return np.einsum("aij,kjl,ail->aki", axes, covariance, axes)
@@ -106,7 +111,7 @@ class People:
     def training(
         self, setting: Setting, without: Iterable[int]
     ) -> tuple[anatomical.Walks, np.ndarray, np.ndarray]:
-        """Return all walks in the form that a setting needs, and indices (n,) and weights (n,) of the training walks.
+        """Return all walks, and the indices (n,) and weights (n,) of the walks on which a setting is trained.
 
         The training walks are those of everyone except the people in `without`.
         """
@@ -120,7 +125,7 @@ class People:
         return self._walks[key], walks, anatomical.person_weights(self.data.person[walks])
 
     def learn(self, setting: Setting, without: Iterable[int], known: Iterable[int] = ()) -> Prior:
-        """Return the prior trained without some people.
+        """Return the prior of a setting, trained on everyone except the people in `without`.
 
         The walks of the `known` people determine the differences of their laboratory.
         """
@@ -143,14 +148,14 @@ class People:
         return prior
 
     def fold(self, *without: int, known: tuple[int, ...] = ()) -> Fold:
-        """Return the fold without some people.
+        """Return the models that are trained on everyone except the people in `without`.
 
         The walks of the `known` people determine the differences of the tested laboratory.
         """
         return Fold(self, without, known)
 
     def beyond(self, person: int, view_rad: np.ndarray, harmonics: int) -> np.ndarray:
-        """Return the power (A, 15), mm², in the missing dimension above a number of harmonics."""
+        """Return the power (A, 15), mm², of a person's missing dimension above the given number of harmonics."""
         power = errors.along_missing(self.data.residual_covariance[self.model.tested[person]], view_rad)
         more = self.missing(person, view_rad)[..., 1 + 2 * harmonics :]
         return power + 0.5 * (more**2).sum(axis=-1)
@@ -158,7 +163,10 @@ class People:
     # --- settings selected on other people -------------------------------------------------------------------
 
     def pairs(self, partners: int) -> list[tuple[int, int]]:
-        """Return pairs of people who are neighbours on a circle; each person is in about `partners` pairs."""
+        """Return pairs of people for the test of settings, with about `partners` pairs for each person.
+
+        The people are arranged on a circle, and partners are neighbours.
+        """
         reach = min(max(partners // 2, 1), (self.count - 1) // 2)
         return [(i, (i + step) % self.count) for i in range(self.count) for step in range(1, reach + 1)]
 
@@ -170,7 +178,7 @@ class People:
         *,
         requested: np.ndarray | None = None,
     ) -> np.ndarray:
-        """Return, for each of P people, the mean errors (P, C), mm², of C candidate settings on other people.
+        """Return the mean errors (P, C), mm², of C candidate settings, computed for each of P people on other people.
 
         The models are trained without that person and without the people in the test.  `requested` (P, C) bool selects
         the candidates of each person, by default all; the others are infinite.  Harmonics of the truth
@@ -210,7 +218,7 @@ class People:
         return total / times[:, None]
 
     def select(self, candidates: Sequence[Setting], partners: int, workers: int) -> list[Setting]:
-        """Return, for each person, the candidate with the smallest error on other people."""
+        """Select, for each person, the candidate setting with the smallest mean error on other people."""
         best = first_lowest(self.errors_on_others(candidates, partners, workers), axis=1)
         return [candidates[number] for number in best]
 
@@ -221,7 +229,7 @@ class People:
         partners: int,
         workers: int,
     ) -> list[Setting]:
-        """Return, for each person, the settings with the smallest error on other people, selected one after another.
+        """Select several options of a setting one after another, for each person by the smallest error on other people.
 
         There is one pass from a first setting: a kind is not selected again after later kinds have changed.
         """
@@ -249,13 +257,16 @@ class People:
         return best
 
     def tuned_map(self, noise_variances: Sequence[float], partners: int, workers: int) -> list[Setting]:
-        """Return MAP settings for each person, with the sigma² that has the smallest error on other people."""
+        """Return the MAP settings in which each person's sigma² has the smallest error on other people."""
         require_range("dataset.harmonics", self.harmonics, at_least=approach_two(0.0).harmonics)
         return self.select([approach_two(value) for value in noise_variances], partners, workers)
 
 
 class Fold:
-    """Models trained without some people. Settings that need the same training share a prior."""
+    """Models that are trained on everyone except the left-out people, one for each setting.
+
+    Settings that need the same training share a prior.
+    """
 
     def __init__(self, people: People, without: tuple[int, ...], known: tuple[int, ...]) -> None:
         self._people, self._without, self._known = people, without, known
@@ -263,7 +274,7 @@ class Fold:
         self._last_conditional: tuple[object, Conditional] | None = None
 
     def prior(self, setting: Setting) -> Prior:
-        """Return the prior of a setting."""
+        """Return the prior of a setting, which is trained at its first use."""
         more = setting.all_walks and self._people.more_walks
         varied = (setting.stance, setting.proportions, setting.differences)
         learnt = (setting.harmonics, more, setting.shrinkage, *varied)
@@ -272,7 +283,10 @@ class Fold:
         return self._priors[learnt]
 
     def conditional(self, setting: Setting, view_rad: np.ndarray, hidden: np.ndarray) -> Conditional:
-        """Return the conditional of a setting for some views, without bone lengths; the last result is cached."""
+        """Return the Gaussian distribution of the unknown coefficients for a setting, without bone-length constraints.
+
+        The last result is cached.
+        """
         prior = self.prior(setting)
         key = (id(prior), setting.noise, view_rad.tobytes(), hidden.tobytes())
         if self._last_conditional is None or self._last_conditional[0] != key:
@@ -289,7 +303,7 @@ class Fold:
         hidden: np.ndarray = anatomical.NOTHING_HIDDEN,
         with_covariance: bool = False,
     ) -> list[Estimate]:
-        """Reconstruct walkers (M, 1 + 2H, 15, 3) from A views, once with each setting.
+        """Reconstruct walkers (M, 1 + 2H, 15, 3) from each of A views, with each of the given settings.
 
         Settings that differ only in their tolerances of lengths are fitted together.
         """
@@ -359,7 +373,8 @@ class Fold:
     def bars(
         self, setting: Setting, person: int, view_rad: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return errors of coefficients (A, 15, B), and errors and standard deviations at K instants (A, 15, K)."""
+        """Return a person's errors of coefficients (A, 15, B), and errors and standard deviations (A, 15, K) at K
+        instants."""
         people, blocks = self._people, 1 + 2 * setting.harmonics
         (estimate,) = self.reconstruct([setting], people.walker(person)[None], view_rad, with_covariance=True)
         off = (estimate.true - estimate.estimated)[:, 0].reshape(len(view_rad), -1, blocks)
@@ -412,4 +427,4 @@ MirroredViews = Annotated[Grid, require_mirrored_grid]
 Choosers = Several
 """Option type for the number of other people who are used to select each person's settings."""
 PARTNERS = {"full": 16, "smoke": 2}
-"""Number of other people who are used to select each person's settings, by scale."""
+"""Number of other people who are used to select each person's settings, at the full and at the smoke scale."""

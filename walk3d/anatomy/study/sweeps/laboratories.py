@@ -33,13 +33,16 @@ from walk3d.anatomy.study.sweeps.setting import Setting, anatomical_setting
 from walk3d.anatomy.study.sweeps.structure import errors_of
 
 PERSON, LABORATORY = "all but the person", "all other laboratories"
-"""Kinds of training data for a person; each other laboratory alone is one further kind."""
+"""Choices of training data: everyone except the tested person, or all laboratories except the person's own.
+
+Each other laboratory alone is one further choice.
+"""
 METHODS = ("average_walker", "map_tuned", "anatomical", "anybody")
-"""Methods: ``anatomical`` ignores differences between laboratories, ``anybody`` models these differences."""
+"""Methods to compare: ``anatomical`` ignores differences between laboratories, ``anybody`` models them."""
 KNOWN_COUNTS = (1, 3, 8)
 """Numbers k of people of the tested laboratory whose 3D walks are known to the methods ``anybody_k``."""
 MIN_PEOPLE = 4
-"""Smallest number of training people."""
+"""Minimum number of people for the training of a model."""
 CURVE = (4, 6, 8, 12, 16, 24, 32, 41, 64)
 """Numbers of training people in the learning curves."""
 OFFSET_MM, SIZE = 25.0, 0.1
@@ -53,7 +56,7 @@ LEVEL = np.array([0.95])
 
 @dataclass(frozen=True)
 class LaboratoryErrors:
-    """Errors of all people, by kind of training data.
+    """Reconstruction errors of all people, for several choices of training data.
 
     Attributes
     ----------
@@ -75,7 +78,7 @@ class LaboratoryErrors:
 def simulated_laboratories(
     data: FourierSamples, rng: np.random.Generator, *, offset_mm: float = OFFSET_MM, size: float = SIZE
 ) -> FourierSamples:
-    """Return the walks of one source, changed as if two laboratories had recorded them.
+    """Return the walks with simulated differences between two laboratories that each recorded half of the people.
 
     The two simulated laboratories differ in the positions of joints and in the sizes of bodies.
 
@@ -95,7 +98,7 @@ def simulated_laboratories(
 
 
 class Laboratories(Sweep):
-    """Reconstruction of all people by models of other people and by models of other laboratories."""
+    """Sweep that reconstructs all people with models of other people and with models of other laboratories."""
 
     draws_random_numbers = True
 
@@ -154,7 +157,7 @@ class Laboratories(Sweep):
 
 
 def left_out(sources: np.ndarray, person: int) -> Iterator[tuple[str, np.ndarray]]:
-    """Yield each kind of training data for one person, with the mask (P,) of people who are left out.
+    """Yield the choices of training data for one person, each with the mask (P,) of people who are left out.
 
     Kinds with fewer than `MIN_PEOPLE` training people are skipped.
     """
@@ -170,7 +173,7 @@ def left_out(sources: np.ndarray, person: int) -> Iterator[tuple[str, np.ndarray
 def _of_known_people(
     people: People, anybody: Setting, person: int, order: np.ndarray
 ) -> Iterator[dict[str, object]]:
-    """Yield errors of a person whose laboratory is left out of training, but has some people known in 3D.
+    """Yield the errors of a person whose laboratory is left out, if a few of its people are known in 3D.
 
     Those people determine only the laboratory's difference; they are not training data.
     """
@@ -190,7 +193,7 @@ def _of_known_people(
 
 
 def _with_bars(people: People, fold: Fold, setting: Setting, person: int) -> tuple[float, np.ndarray]:
-    """Return the mean square error, mm², and the absolute standardised errors (A, K, 15) at K instants."""
+    """Return one person's mean square error, mm², and absolute standardised errors (A, K, 15) at K instants."""
     off, error, sd = fold.bars(setting, person, VIEWS)
     weights, beyond = errors.parseval_weights(off.shape[-1]), people.beyond(person, VIEWS, setting.harmonics)
     square = off**2 @ weights + beyond
@@ -228,7 +231,7 @@ def _curve(
 
 
 def _drawn_from(sources: np.ndarray, person: int, order: np.ndarray) -> dict[str, tuple[np.ndarray, int]]:
-    """Return masks (P,) of possible training people, and the number of training people for each mask.
+    """Return, for each learning curve, the mask (P,) of possible training people, and their maximum number.
 
     The masks follow a random order of people. The number is available for every tested person.
 

@@ -1,4 +1,4 @@
-"""Methods of the ablation: name and style in figures, and the difference from the full method's setting."""
+"""Methods of the ablation, each with its name, its style in figures, and its change of the full method."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from pipeline.palette import Style
 from walk3d.anatomy.study.sweeps.setting import Setting
 
 STANCE_WEIGHT = 0.3
-"""Weight of the stance constraint in the variation of the method that includes this constraint."""
+"""Weight of the stance constraint, in the ablation's variant with this constraint."""
 PROPORTIONS_MM = 1.0
-"""Tolerance of bone lengths in the variation of the method with the average walker's proportions."""
+"""Tolerance of bone lengths, mm, in the ablation's variant with the average walker's proportions."""
 MAX_HARMONICS = 6
-"""Largest number of harmonics of a variation of the method; the full method has four harmonics."""
+"""Number of harmonics in the ablation's variant with more harmonics; the full method has four harmonics."""
 
 
 @dataclass(frozen=True)
 class Method:
-    """Method to compare with the anatomical reconstruction, or a step of the ablation.
+    """Method of the ablation, or method that is compared with the anatomical reconstruction.
 
     Attributes
     ----------
@@ -89,9 +89,9 @@ METHODS = {
 }
 
 STYLES = {name: method.style for name, method in METHODS.items() if method.style}
-"""Styles of the methods that more than one figure shows."""
+"""Line styles of the methods that occur in several figures."""
 
 
 def of_part(*parts: str) -> list[str]:
-    """Return the names of the methods that belong to some parts of the ablation, in the order of the parts."""
+    """Return the names of the methods in the given parts of the ablation."""
     return [name for part in parts for name, method in METHODS.items() if method.part == part]

@@ -35,14 +35,18 @@ HIDDEN = {
     "far_leg": ("left_knee", "left_ankle"),
     "far_side": ("left_elbow", "left_wrist", "left_knee", "left_ankle"),
 }
-"""Sets of joints; one set after another is hidden.
+"""Sets of joints that are hidden in the image, one set at a time.
 
-Views are from the right, so the left side is the far one.  The centre of the pelvis is inside the body."""
+Views are from the right, so the left side is the far one.  The centre of the pelvis is inside the body.
+"""
 
 METHODS = ("average_walker", "map_tuned", "anatomical")
 WITH_BARS = METHODS[1:]
 AXES = ("across", "up", "away")
-"""Axes of the image. Only hidden joints are unknown along the axes across and up."""
+"""Names of the image axes.
+
+Only hidden joints are unknown along the axes across and up.
+"""
 LEVEL = 0.95
 
 
@@ -65,7 +69,7 @@ class HiddenJoints:
 
 
 class Occlusion(Sweep):
-    """Reconstruction of hidden joints at known view angles."""
+    """Sweep over known view angles that reconstructs walks with hidden joints."""
 
     seen_from_deg: Swept = scaled(start=0, stop=90, step={"full": 30, "smoke": 90})  # true views
     partners: Choosers = scaled(value=PARTNERS)  # number of other people for the selection of sigma² of MAP
@@ -154,7 +158,7 @@ class Occlusion(Sweep):
 
 
 def covered_by_bars(bars: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return coverage and mean half-width (2, P, A, 3) of 95 % error bars, as computed and as calibrated.
+    """Return the coverage and mean half-width (2, P, A, 3) of 95 % error bars, without and with calibration.
 
     The calibration uses the errors of other people.
 

@@ -12,7 +12,7 @@ from walk3d.anatomy.study.model import AnatomicalModel
 
 @dataclass(frozen=True, kw_only=True)
 class Setting:
-    """Setting of a reconstruction.
+    """One setting of a reconstruction: training, noise and tolerances of bone lengths.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class Setting:
 
     @property
     def linear(self) -> Setting:
-        """This setting without the constraint of bone lengths."""
+        """Copy of this setting without bone-length constraints."""
         return replace(self, within=np.inf, pairs=np.inf)
 
     @property
@@ -62,12 +62,12 @@ class Setting:
         )
 
     def with_noise(self, variance: float) -> Setting:
-        """Return this setting with another sigma²."""
+        """Return a copy of this setting with another noise variance sigma²."""
         return replace(self, noise=replace(self.noise, variance=variance))
 
 
 PLAIN = Shrinkage(mirror=False, within_harmonic=0.0, diagonal=0.0, extra_variance=0.0)
-"""No shrinkage: the plain sample covariance."""
+"""Options without any shrinkage, for a prior with the plain sample covariance."""
 
 
 def approach_two(noise_variance: float) -> Setting:

@@ -34,21 +34,24 @@ from walk3d.anatomy.study.sweeps.ladder import MAX_HARMONICS, METHODS, of_part
 from walk3d.anatomy.study.sweeps.setting import PLAIN, Setting, anatomical_setting, approach_two
 
 DIAGONAL = 0.5
-"""Weight of the covariance's diagonal, relative to the weight of the covariance within harmonics."""
+"""Weight of the shrinkage towards the covariance's diagonal, relative to the shrinkage within harmonics."""
 PARTS_EVERY = 3
-"""Step in the list of views for removed and varied parts: every third view is used."""
+"""Step between the views of methods with a removed or varied part: only every third view is used."""
 SHRUNKEN_NOISE_VARIANCES_MM2 = (50.0, 100.0, 200.0)
 LENGTH_FACTORS = (1.0, 1.5, 2.0, 3.0)
 PAIR_FACTORS = (1.0, 2.0, 4.0)
 NOISE_FACTORS = (0.5, 1.0, 2.0)
-"""Candidate factors by which sigma² and tau are multiplied together."""
+"""Candidate factors for the noise variance sigma² and the prior variance tau, which are multiplied together."""
 SHRINKAGES = (0.1, 0.2, 0.4)
-"""Candidate shares for the noise and for the shrinkage within harmonics."""
+"""Candidate shares for the noise, and for the shrinkage of the covariance within harmonics."""
 
 
 @dataclass(frozen=True)
 class StructureErrors:
-    """Errors by method, person and view. Methods with a removed or varied part have fewer views."""
+    """Reconstruction errors by method, person and view.
+
+    Methods with a removed or varied part have fewer views.
+    """
 
     rows: pd.DataFrame
 
@@ -94,7 +97,7 @@ class Structure(Sweep):
         return StructureErrors(stacked([row for rows in folds for row in rows]))
 
     def _settings(self, people: People, whole: Setting, workers: int) -> dict[str, list[Setting]]:
-        """Return, for every method, the setting for each person."""
+        """Return the settings of every method, one setting for each person."""
 
         published = approach_two(70.0)
         mirror = replace(published, shrinkage=replace(PLAIN, mirror=True))
@@ -125,7 +128,7 @@ class Structure(Sweep):
         return settings
 
     def _alternatives(self, whole: Setting) -> list[Callable[[Setting], list[Setting]]]:
-        """Return, for each kind of setting selected after the tolerance of lengths, a list of its alternatives."""
+        """Return, for each option that is selected after the bone tolerance, a function that lists its candidates."""
 
         def noisier(setting: Setting) -> list[Setting]:
             return [
