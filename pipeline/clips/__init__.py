@@ -1,1 +1,1 @@
-"""Types of clips, and selection of the usable part of a clip."""
+"""Types of motion clips, and selection of the usable part of a clip."""

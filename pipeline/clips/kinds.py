@@ -1,4 +1,4 @@
-"""Types of clips from which figures are computed, recorded or synthetic.
+"""Types of motion clips, recorded or synthetic, from which figures are computed.
 
 The kinds are walks (zhang2004, zhang2007), performances of an action (mozerov2006) and varied motion (park2011).  A
 data set has a corpus for each kind.  Every clip has a row in the report, kept or rejected, with the reason.
@@ -15,7 +15,7 @@ import numpy as np
 
 @dataclass(frozen=True, kw_only=True)
 class Clips:
-    """Usable clips, concatenated along time, and the report on all clips.
+    """Usable clips, concatenated along the time axis, and a report on all clips.
 
     Attributes
     ----------
@@ -92,7 +92,7 @@ class Performances(Clips):
 
 @dataclass(frozen=True, kw_only=True)
 class VariedClips(Clips):
-    """Clips of varied motion.
+    """Clips of varied motion of any kind.
 
     Attributes
     ----------
@@ -159,7 +159,7 @@ VARIED = Corpus(
 
 
 Reducer: TypeAlias = Callable[[np.ndarray, float, float], Any]
-"""Type of a function of a walk's positions (T, 15, 3), mm, frame rate, Hz, and frequency, Hz.
+"""Function that represents a walk, from positions (T, 15, 3), mm, frame rate, Hz, and stride frequency, Hz.
 
 Only the function's result is stored.
 """
@@ -167,7 +167,7 @@ Only the function's result is stored.
 
 @dataclass(frozen=True)
 class Request:
-    """Request for clips, passed to the ingest stage.
+    """Request for the clips of a data set, from which the ingest stage computes them.
 
     Attributes
     ----------

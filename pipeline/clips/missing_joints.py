@@ -1,4 +1,4 @@
-"""Estimation of missing joints: their conditional mean in a model of walkers.
+"""Estimation of missing joints by their conditional mean in a linear model of walkers.
 
 A walk is a Fourier representation, and walkers are normally distributed about the average walker along eigenwalkers.
 The expected coefficients of the missing joints follow from those of the measured joints as in zhang2007 3.14, with
@@ -21,12 +21,12 @@ from pipeline.skeleton import PELVIS
 from pipeline.synthetic import walkers
 
 LEG_MM = 850.0
-"""Leg length to which all walkers of the model are scaled."""
+"""Leg length, mm, to which all walkers of the model of missing joints are scaled."""
 
 COMPONENTS = 30
-"""Number of eigenwalkers in the model."""
+"""Number of eigenwalkers in the model with which missing joints are estimated."""
 NOISE_VARIANCE_MM2 = 300.0
-"""Variance of the differences between recorded walkers and the model of synthetic walkers.
+"""Variance, mm², of the differences between recorded walkers and the model of synthetic walkers.
 
 The value is the best of 70, 300, 1000 and 3000 on recorded people.
 """
@@ -37,7 +37,7 @@ _POPULATION_HZ, _POPULATION_S = 40.0, 3.0
 def complete(
     positions: np.ndarray, missing: np.ndarray, frame_rate_hz: float
 ) -> tuple[np.ndarray, fourier.FourierRepresentation]:
-    """Estimate the missing joints of a walk.
+    """Estimate the joints of a walk that were not measured.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def complete(
 
 
 def conditional_mean(model: LinearModel, coefficients: np.ndarray, missing: np.ndarray) -> np.ndarray:
-    """Return the expected Fourier representation (5, 15, 3), mm, of a walker with missing joints.
+    """Return the Fourier representation (5, 15, 3), mm, of a walker with estimates for the missing joints.
 
     Parameters
     ----------
@@ -109,6 +109,6 @@ def _centred(positions: np.ndarray) -> np.ndarray:
 
 
 def model_of(people: list[np.ndarray]) -> LinearModel:
-    """Fit a linear model to walkers (5, 15, 3) about their mean pelvis, scaled to leg length `LEG_MM`."""
+    """Fit a linear model to walkers (5, 15, 3), mm, with mean pelvis at the origin and leg length `LEG_MM`."""
     scaled = np.stack([LEG_MM / walking.leg_length(person[:1]) * person for person in people])
     return linear_model.fit(linear_model.flatten(scaled), COMPONENTS)

@@ -1,4 +1,4 @@
-"""Detection of recordings under different names that may show the same person.
+"""Detection of recordings that may show the same person under different names.
 
 Statistics count people, and a person with two names would count twice.  Exact copies are rejected when recordings are
 read.  This module finds copies that were cut, shifted, resampled, mirrored, resized or made noisy.
@@ -13,7 +13,7 @@ import numpy as np
 from pipeline.core.likeness import Likeness, limb_differences, posture_difference_mm
 
 REMARK = "may be the person of"
-"""First words of the remark on a recording that may show the person of a recording under another name."""
+"""First words of the remark on a recording that may show the same person as a recording under another name."""
 
 EQUAL_LIMB_TOLERANCE = 0.1
 """Difference of limb lengths, per cent, below which two recordings are assumed to have the same skeleton.
@@ -22,11 +22,11 @@ The recordings are of the same person, or one skeleton was used for several peop
 """
 
 MAX_LIMB_DIFFERENCE, MAX_POSTURE_DIFFERENCE_MM = 2.0, 18.0
-"""Largest differences of limb lengths (per cent) and postures (mm) at which two people may be the same."""
+"""Largest differences of limb lengths (per cent) and of postures (mm) for recordings of one person."""
 
 
 def remarks(people: Sequence[str], clips: Sequence[str], likenesses: Sequence[Likeness]) -> list[str]:
-    """Return, for each recording, a remark if it may show a person with another name; else an empty string."""
+    """Return a remark for each recording that may show a person with another name; otherwise an empty string."""
     if not likenesses:
         return []
     limbs, names = np.stack([clip_likeness.limbs_mm for clip_likeness in likenesses]), np.array(list(people))

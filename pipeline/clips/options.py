@@ -19,14 +19,14 @@ from pipeline.validation import (
 )
 
 Number = Annotated[int, bounded(at_least=1, at_most=10_000)]
-"""Type of an option that is the number of synthetic people or clips."""
+"""Type of an option that states a number of synthetic people or clips."""
 Seconds = Annotated[float, bounded(above=0, at_most=3600)]
 FrameRate = Annotated[float, bounded(above=0, at_most=2000)]
-"""Type of an option that is a frame rate, Hz."""
+"""Type of an option that states a frame rate, Hz."""
 
 
 class Locomotion(StrEnum):
-    """Kind of locomotion."""
+    """Kind of walking: on a treadmill or overground, or detected from the motion."""
 
     auto = "auto"
     overground = "overground"
@@ -34,39 +34,39 @@ class Locomotion(StrEnum):
 
 
 class HorizontalPath(StrEnum):
-    """Model of the horizontal path that is subtracted from a walk."""
+    """Model of a walker's horizontal path, which is subtracted from the walk."""
 
     cubic = "cubic"
     moving_average = "moving_average"
 
 
 class Missing(StrEnum):
-    """Treatment of joints that were not measured."""
+    """Treatment of joints that were not measured in a walk."""
 
     estimate = "estimate"
-    """Missing joints are estimated from the measured joints, flagged, and excluded from errors."""
+    """Missing joints are estimated from the measured joints, marked as estimates, and excluded from errors."""
     drop = "drop"
-    """A joint that is missing in any walk is left out of all walks."""
+    """A joint that is missing in any of the walks is excluded from all walks."""
 
 
 class Skeleton(Options):
-    """Options of the mapping from the points in a user's files to joints."""
+    """Options of the mapping from the points in a user's files to the joints of the skeleton."""
 
     mapping: str = "walker15"  # a shipped mapping, auto, or a file.yaml
     missing: Missing = Missing.estimate
 
 
 class Heading(StrEnum):
-    """Definition of the walking direction, which becomes +y."""
+    """Definition of the walking direction, which is rotated to +y."""
 
     steps = "steps"
-    """Direction of the steps: the main horizontal axis of the vector from the right to the left ankle."""
+    """Main horizontal direction of the vector from the right to the left ankle."""
     path = "path"
     """Direction of the path; for a walk on a treadmill, the direction that the hips face."""
 
 
 class SyntheticPerformances(Options):
-    """Options of synthetic bending to the floor, with a known rate of each performance [mozerov2006 section 4]."""
+    """Options of synthetic bending to the floor, with known timing of each performance [mozerov2006 section 4]."""
 
     performances: Number = 40  # number of performances
     subjects: Number = 20  # number of people
@@ -78,7 +78,7 @@ class SyntheticPerformances(Options):
 
 
 class SyntheticClips(Options):
-    """Options of synthetic clips: alternating walking, bending and smooth joint angles (park2011)."""
+    """Options of synthetic clips of three kinds: walking, bending, and smooth random joint angles (park2011)."""
 
     clips: Number = 24  # number of clips; half of them are in figure 3c
     seconds: Seconds = 6.8  # length of each, s
@@ -88,7 +88,7 @@ class SyntheticClips(Options):
 
 
 class Steady(Options):
-    """Criteria of steady walking, and of a walk that a Fourier series describes well."""
+    """Criteria for a steady walk, and for a walk that two harmonics describe well."""
 
     locomotion: Locomotion = Locomotion.auto
     path: HorizontalPath = HorizontalPath.cubic
@@ -108,13 +108,13 @@ class Data(Options, ABC):
     """Base class of the options of a data set."""
 
     knows_true_course: ClassVar[bool] = False
-    """True if the true phase of the performances is known."""
+    """True if the true phase of each frame is known, as for synthetic performances."""
     of_user: ClassVar[bool] = False
-    """True for the user's own files; their figures omit the values published in the paper by default."""
+    """True for files of the user, whose figures do not show published values by default."""
     credit: ClassVar[str] = ""
-    """Source and licence; captions repeat the text if the data require it."""
+    """Source and licence of the data, which captions repeat if the data require it."""
     in_light_archives: ClassVar[bool] = True
-    """True if the licence allows figures of the data in light archives."""
+    """True if the licence allows figures of the data in light archives, which contain no recorded motion."""
 
     name: str  # name of the data set and of its results folder
     walkers: CountOrAll = 0  # largest number of people; 0: all
@@ -124,11 +124,11 @@ class Data(Options, ABC):
         require_bounds("data", self)
 
     def require(self, corpus: Corpus) -> None:
-        """Raise InvalidInput, with ``data`` as location, if this data set has no clips of this kind."""
+        """Raise InvalidInput, with ``data`` as location, if the data set has no clips of the given kind."""
 
     @abstractmethod
     def request(self, corpus: Corpus, skeleton: Skeleton, seed: int, workers: int) -> Request:
-        """Return the request for clips of one kind.
+        """Return the request for the clips of one kind, which the ingest stage computes.
 
         Parameters
         ----------
@@ -145,7 +145,7 @@ class Data(Options, ABC):
 
 
 class SyntheticPeople(Data):
-    """Options of synthetic people: number, duration and noise."""
+    """Options of the synthetic walkers: number, duration and marker noise."""
 
     knows_true_course: ClassVar[bool] = True
 

@@ -1,4 +1,4 @@
-"""Performances of an action: complete clips, single cycles of walks, and synthetic bending."""
+"""Performances of an action: complete clips, single gait cycles, and synthetic bending to the floor."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ REPORT_COLUMNS = (
 
 MIN_FRAMES = 8
 MIN_DURATION_S = 0.25
-"""Smallest number of frames and smallest duration of a performance; key frames are selected at 30 Hz."""
+"""Smallest number of frames and smallest duration, s, of a performance."""
 
 MIN_PERFORMANCES = 3
-"""Smallest number of performances from which an action model is learnt."""
+"""Smallest number of performances from which an action model can be learnt."""
 
 
 def synthetic_performances(options: SyntheticPerformances, seed: int) -> Performances:
-    """Return synthetic performances of bending with their true phase, the ground truth of synchronization."""
+    """Return synthetic performances of bending, with the true phase of each frame."""
     count = min(options.limit or options.performances, options.performances)
     generated = bending_performances(
         derive_generator(seed, "ingest"),
@@ -63,7 +63,7 @@ def synthetic_performances(options: SyntheticPerformances, seed: int) -> Perform
 
 
 def whole_clip(raw: RawClip, gap_s: float = 0.0) -> PreparedClip:
-    """Return a clip as a performance, from the first to the last frame in which all joints are measured."""
+    """Return a clip as a performance, cut to the first and the last frame in which all joints are measured."""
 
     def select(bridged: BridgedClip, row: dict[str, Any]) -> np.ndarray:
         frames = np.flatnonzero(bridged.whole)
@@ -97,7 +97,7 @@ def whole_clip(raw: RawClip, gap_s: float = 0.0) -> PreparedClip:
 
 
 def middle_cycle(raw: RawClip, steady: Steady) -> PreparedClip:
-    """Return the middle cycle of a steady walk, from phase zero to phase zero, converted to treadmill walking."""
+    """Return the middle gait cycle of a steady walk, from phase zero to phase zero, as treadmill walking."""
     walk = steady_walk(dataclasses.replace(raw, row=report_row(WALK_COLUMNS, **raw.row)), steady)
     if walk.positions is None:
         return PreparedClip({name: walk.row.get(name, value) for name, value in raw.row.items()})

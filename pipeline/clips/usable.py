@@ -16,18 +16,18 @@ from pipeline.skeleton.source_mapping import UpAxis
 from pipeline.validation import InvalidInput
 
 MIN_MOTION_MM = 10.0
-"""Smallest rms motion, relative to the pelvis, of the joint that moves most.
+"""Smallest rms motion relative to the pelvis, mm, of the joint that moves most.
 
 A person who stands still sways less than this.
 """
 
 MAX_SPEED_M_S = 20.0
-"""Largest speed of the pelvis; sprinters reach 12 m/s."""
+"""Largest plausible speed of the pelvis, m/s; sprinters reach 12 m/s."""
 
 
 @dataclass(frozen=True)
 class RawClip:
-    """Clip whose usable part has not been selected yet.
+    """Clip before its usable part is selected.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class RawClip:
 
 @dataclass(frozen=True)
 class PreparedClip:
-    """Usable clip, or the report row of a rejected clip.
+    """Usable part of a clip, or the report row of a rejected clip.
 
     Attributes
     ----------
@@ -77,7 +77,7 @@ class PreparedClip:
 
 
 def report_row(columns: Sequence[str], **values: Any) -> dict[str, Any]:
-    """Return a row of the report with the given values, and an empty string in every other column.
+    """Return a row of the report on clips; columns without a value contain an empty string.
 
     ``code`` and ``values`` of the error or remark are added for other code; they are not columns of the table.
     """
@@ -85,7 +85,7 @@ def report_row(columns: Sequence[str], **values: Any) -> dict[str, Any]:
 
 
 def refused(row: dict[str, Any], refusal: InvalidInput, reason: str = "") -> PreparedClip:
-    """Return a rejected clip; its row contains `reason` or the error's message, the code and the storable values."""
+    """Return a rejected clip, whose report row contains the reason, the error code and the error's values."""
     values = {name: value for name, value in refusal.values.items() if _is_plain(value)}
     reason = reason or str(refusal)
     return PreparedClip(
@@ -100,7 +100,7 @@ def _is_plain(value: Any) -> bool:
 
 
 class NoUsableClips(InvalidInput):
-    """Error for too few usable clips.
+    """Error that is raised if too few clips are usable.
 
     Attributes
     ----------
@@ -121,7 +121,7 @@ def prepare(
     *,
     may_lack_joints: bool = False,
 ) -> PreparedClip:
-    """Check the body of a clip, fill gaps of at most `gap_s` seconds, and select the usable part of the clip.
+    """Check the body of a clip, fill gaps of at most `gap_s` seconds, and select the clip's usable part.
 
     Parameters
     ----------
@@ -146,7 +146,7 @@ def prepare(
         ):
             if not may_lack_joints:
                 raise InvalidInput(
-                    "joints are missing: they are estimated only for walks",
+                    "joints are missing, and missing joints are estimated only for walks",
                     received=lacking,
                     code="missing_joints",
                 )
@@ -165,7 +165,7 @@ def prepare(
 
 
 def require_action(positions: np.ndarray, frame_rate_hz: float, first_frame: int) -> None:
-    """Raise InvalidInput if the person in positions (T, 15, 3), mm, does not move, or the pelvis moves too fast."""
+    """Raise InvalidInput if a person (T, 15, 3), mm, does not move, or if the pelvis moves too fast."""
     moved = np.sqrt((positions - positions[:, [PELVIS]]).var(axis=0).sum(axis=-1)).max()
     if moved < MIN_MOTION_MM:
         raise InvalidInput(
@@ -177,7 +177,7 @@ def require_action(positions: np.ndarray, frame_rate_hz: float, first_frame: int
     speed = np.linalg.norm(np.diff(positions[:, PELVIS], axis=0), axis=-1) * frame_rate_hz / 1000.0
     if speed.max() > MAX_SPEED_M_S:
         raise InvalidInput(
-            "the pelvis jumps: was it lost in tracking, or is the frame rate wrong?",
+            "the pelvis jumps: it was lost in tracking, or the frame rate is wrong",
             f"frame {first_frame + int(speed.argmax())}",
             f"up to {MAX_SPEED_M_S:g} m/s",
             f"{speed.max():.0f} m/s",
@@ -192,7 +192,7 @@ def collect(
     *,
     at_least: int = 1,
 ) -> dict[str, Any]:
-    """Return the fields of `Clips`, collected from prepared clips.
+    """Return the fields of `Clips`, collected from the usable and the rejected clips.
 
     Parameters
     ----------

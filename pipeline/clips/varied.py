@@ -29,7 +29,7 @@ SYNTHETIC_KINDS = ("walking", "bending", "smooth angles")
 
 
 def synthetic_clips(options: SyntheticClips, seed: int) -> VariedClips:
-    """Return synthetic clips that alternate between walking, bending and smooth joint angles."""
+    """Return synthetic clips of three kinds: walking, bending, and smooth random joint angles."""
     count = min(options.limit or options.clips, options.clips)
     counts = {kind: len(range(k, count, len(SYNTHETIC_KINDS))) for k, kind in enumerate(SYNTHETIC_KINDS)}
     bodies = _bodies(counts, options, derive_generator(seed, "ingest"))
@@ -51,7 +51,7 @@ def synthetic_clips(options: SyntheticClips, seed: int) -> VariedClips:
 def _bodies(
     counts: Mapping[str, int], options: SyntheticClips, generator: np.random.Generator
 ) -> dict[str, list[np.ndarray]]:
-    """Return motions (T, 15, 3), mm, for each kind; `counts` states the number of motions of each kind."""
+    """Return motions (T, 15, 3), mm, for each kind of motion, in the numbers that `counts` states."""
     frames = round(options.seconds * options.frame_rate_hz) + 1
     walking: list[np.ndarray] = []
     bending: list[np.ndarray] = []
@@ -81,13 +81,13 @@ def _bodies(
 
 
 def longest_stretch(raw: RawClip, gap_s: float = 0.0) -> PreparedClip:
-    """Return the longest stretch of a clip in which all joints are measured, or a rejected clip."""
+    """Return the longest part of a clip in which all joints are measured, or a rejected clip."""
 
     def select(bridged: BridgedClip, row: dict[str, Any]) -> np.ndarray:
         first, stop = longest_run(bridged.whole)
         if stop - first < MIN_FRAMES:
             raise InvalidInput(
-                "the longest stretch with all joints is too short",
+                "the longest part of the clip in which all joints are measured is too short",
                 expected=f"{MIN_FRAMES} frames",
                 received=stop - first,
                 code="too_short",
@@ -103,6 +103,6 @@ def longest_stretch(raw: RawClip, gap_s: float = 0.0) -> PreparedClip:
 
 
 def varied_of(prepared: list[PreparedClip], inputs: Mapping[str, str] | None = None) -> VariedClips:
-    """Return the usable clips of varied motion; `inputs` is the same as for `collect`."""
+    """Return the usable clips of varied motion, collected from prepared clips."""
     action = np.array([clip.row["action"] for clip in prepared if clip.positions is not None])
     return VariedClips(**collect(prepared, REPORT_COLUMNS, inputs), action=action)

@@ -29,21 +29,21 @@ REPORT_COLUMNS = (
 )  # fmt: skip
 
 MAX_SLOPE, MAX_STEP_MM = 0.1, 150.0
-"""Largest rise of the pelvis: a fraction of the path length plus a constant.
+"""Largest rise of the pelvis in a level walk: a fraction of the path length plus a constant in mm.
 
 Steep ramps and stairs exceed it.
 """
 MAX_LEVEL_SLOPE = 0.025
-"""Largest slope of a floor that counts as level; laboratory axes, such as those of CMU, are tilted by up to 2.2 %."""
+"""Largest slope of a floor that counts as level; laboratory axes are tilted by up to 2.2 %, as in CMU data."""
 
 MIN_BAD_JOINT_SHARE = 0.4
-"""Smallest share of a walk's residual (after two harmonics) in a joint that counts as badly tracked."""
+"""Share of the residual of a two-harmonic fit above which a joint counts as badly tracked."""
 
 FAR_FREQUENCY = "far_frequency"
-"""Code of the error or remark on a walk whose frequency is far from the frequencies of the other walks."""
+"""Code of the error or remark on a walk whose stride frequency is far from those of other walks."""
 
 MAX_EQUAL_FIT_RATIO = 1.5
-"""Largest ratio of the residuals at two frequencies if both frequencies describe a walk equally well."""
+"""Largest ratio of residuals at which two frequencies count as fitting a walk equally well."""
 
 
 def synthetic_walks(options: SyntheticPeople, seed: int, workers: int) -> Walks:
@@ -54,7 +54,7 @@ def synthetic_walks(options: SyntheticPeople, seed: int, workers: int) -> Walks:
 def streamed_walks(
     options: SyntheticPeople, seed: int, workers: int, reduce: Reducer | None
 ) -> tuple[Walks, list[Any]]:
-    """Return the walks of the synthetic population without positions, and the result of `reduce` for each walk.
+    """Return the synthetic walks without positions, and for each walk the result of the function `reduce`.
 
     The positions of a few thousand people take gigabytes.  Without `reduce` they are kept, and the results are None.
     """
@@ -93,7 +93,7 @@ def walk_in(
     up: UpAxis = UpAxis.auto,
     **options: Any,
 ) -> PreparedClip:
-    """Return the steady part of a recording with joints (T, 15, 3), mm, or a rejected clip.
+    """Return the steady part of a recorded walk (T, 15, 3), mm, or a rejected clip.
 
     `options` are the options of `Steady`.
     """
@@ -102,7 +102,7 @@ def walk_in(
 
 
 def steady_walk(raw: RawClip, steady: Steady) -> PreparedClip:
-    """Return the steady part of a clip, converted to treadmill walking, or a rejected clip."""
+    """Return the steady part of a clip as treadmill walking, or a rejected clip."""
 
     def select(bridged: BridgedClip, row: dict[str, Any]) -> np.ndarray:
         return _steady_part(bridged, row, raw.frame_rate_hz, steady)
@@ -113,7 +113,7 @@ def steady_walk(raw: RawClip, steady: Steady) -> PreparedClip:
 def _steady_part(
     bridged: BridgedClip, row: dict[str, Any], frame_rate_hz: float, steady: Steady
 ) -> np.ndarray:
-    """Return the steady stretch, converted to treadmill walking (T, 15, 3), mm, and add its properties to `row`.
+    """Return the steady part of a walk as treadmill walking (T, 15, 3), mm, and add its properties to `row`.
 
     Joints that are missing in all frames are estimated by `complete`.
     """
@@ -172,7 +172,7 @@ def _steady_part(
     }
     if row["strides"] < steady.cycles:
         raise InvalidInput(
-            "no steady walking: the steady stretch is too short",
+            "no steady walking: the steady part of the walk is too short",
             expected=f"{steady.cycles:g} strides",
             received=told_apart(row["strides"], steady.cycles, 2),
             code="too_few_strides",
@@ -197,18 +197,18 @@ def _require_periodic(row: Mapping[str, Any], steady: Steady, worst: str) -> Non
     )
     if share < min_share:
         raise InvalidInput(
-            "the fundamental frequency looks wrong: it holds too little of the variance",
+            "the fundamental frequency is probably wrong: its harmonic has too small a share of the variance",
             expected=f"{min_share:g} or more",
             received=f"{told_apart(share, min_share, 2)} at {row['frequency_hz']:.2f} Hz;"
-            f" taken with {' '.join(overrides)}",
+            f" accepted with {' '.join(overrides)}",
             code="low_fundamental",
             take=overrides,
         )
     if residual > max_residual:
         raise InvalidInput(
-            f"not periodic: two harmonics leave too much of the variance, {worst}",
+            f"the walk is not periodic: two harmonics leave too large a share of the variance, {worst}",
             expected=f"{max_residual:g} or less",
-            received=f"{told_apart(residual, max_residual, 2)}; taken with {overrides[0]}",
+            received=f"{told_apart(residual, max_residual, 2)}; accepted with {overrides[0]}",
             code="not_periodic",
             take=overrides,
         )
@@ -217,7 +217,7 @@ def _require_periodic(row: Mapping[str, Any], steady: Steady, worst: str) -> Non
 def _completed(
     level: np.ndarray, row: dict[str, Any], frame_rate_hz: float, residual_share: float
 ) -> tuple[np.ndarray, fourier.FourierRepresentation, str]:
-    """Return a walk with its missing joints estimated, its Fourier series, and a phrase on the worst joint.
+    """Return a walk with estimates of missing joints, its Fourier series, and words on the worst tracked joint.
 
     While the residual is above `residual_share`, a joint above the legs with `MIN_BAD_JOINT_SHARE` of it counts as
     missing, and gets a remark in `row`.
@@ -246,7 +246,7 @@ def _completed(
 def compared(
     walks: Sequence[PreparedClip], ratio: float, complete_walk: Callable[[int], PreparedClip] | None = None
 ) -> list[PreparedClip]:
-    """Reject each walk whose estimated frequency is probably half or double the true frequency.
+    """Reject each walk whose estimated stride frequency is probably half or double the true frequency.
 
     People of different size are compared at equal Froude number: frequency times the root of leg length.  If a walk
     differs from the population's median by more than a factor of `ratio`, its double or half frequency is fitted,
@@ -279,9 +279,9 @@ def compared(
         factor = told_apart(relative, ratio ** np.sign(relative - 1), 2)
         take = f"data.steady.frequency_ratio={np.ceil(100 * max(relative, 1 / relative)) / 100:g}"
         reason = InvalidInput(
-            "the fundamental frequency is far from the other walkers'",
-            expected=f"within a factor of {ratio:g} for the leg length",
-            received=f"{walk.row['frequency_hz']:.2f} Hz, a factor of {factor}; taken with {take}",
+            "the fundamental frequency is far from that of other walkers",
+            expected=f"within a factor of {ratio:g} of the median, scaled to the leg length",
+            received=f"{walk.row['frequency_hz']:.2f} Hz, a factor of {factor}; accepted with {take}",
             code=FAR_FREQUENCY,
             take=[take],
         )
@@ -291,7 +291,7 @@ def compared(
 
 
 def walks_of(walks: Sequence[PreparedClip], inputs: Mapping[str, str] | None = None) -> Walks:
-    """Return the usable walks; `inputs` is the same as for `collect`."""
+    """Return the usable walks, collected from prepared clips."""
     fields = collect(walks, REPORT_COLUMNS, inputs)
     usable = [walk for walk in walks if walk.positions is not None]
     return Walks(

@@ -1,4 +1,4 @@
-"""Mappings of source points to joints: shipped mappings, the user's own, and the best fit for a recording.
+"""Mappings of source points to joints: the package's, the user's, and the best mapping for a recording.
 
 `shipped` reads the tables of ``conf/skeleton`` and `load` reads a file.  `suggest` finds the mapping that fits a
 recording best.  `check` finds rules that are anatomically impossible.  `written` returns a mapping as YAML.  `people`

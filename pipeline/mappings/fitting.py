@@ -1,4 +1,4 @@
-"""Ranking of mappings by how well they fit the points of a recording."""
+"""Ranking of mappings by how well their points match the points of a recording."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from pipeline.skeleton.source_mapping import SourceMapping
 from pipeline.validation import InvalidInput
 
 ADULT_LEG_MM = 850.0
-"""Typical leg length of an adult."""
+"""Typical leg length of an adult, mm."""
 HUMAN_LEG_MM = (350.0, 1300.0)
-"""Range of human leg lengths (hip to knee to ankle), from a child of three years to a very tall adult."""
+"""Range of human leg lengths from hip to knee to ankle, mm, from small children to very tall adults."""
 
 _UNITS = {**MILLIMETRES, "in/0.45": 25.4 / 0.45}
-"""Size in mm of each unit that is tried for a file without a stated unit; the last is the CMU skeletons' unit."""
+"""Size in mm of each unit that is tried for a file without a unit; the last one is the unit of CMU skeletons."""
 
 
 @dataclass(frozen=True)
 class Fit:
-    """Fit of a mapping to a recording.
+    """Result of the comparison of a mapping's points with the points of a recording.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class Fit:
 
 
 def fitted(motion: MotionCapture, mapping: SourceMapping) -> Fit:
-    """Return the fit of a mapping to a recording."""
+    """Return how well the points of a recording match a mapping."""
     points = MappedPoints(motion, mapping)
 
     def absent(names: Iterable[str]) -> list[str]:
@@ -83,7 +83,7 @@ def fitted(motion: MotionCapture, mapping: SourceMapping) -> Fit:
 
 
 def suggest(motion: MotionCapture, mappings: Iterable[SourceMapping]) -> Fit:
-    """Return the best fit among several mappings; if two fit equally well, the first one.
+    """Return the mapping that matches the points of a recording best, with its score; the first one on ties.
 
     Raises
     ------
@@ -103,7 +103,7 @@ def suggest(motion: MotionCapture, mappings: Iterable[SourceMapping]) -> Fit:
 
 
 def rescaled(motion: MotionCapture, mapping: SourceMapping, leg_mm: float) -> tuple[float, str]:
-    """Return the scale factor for the positions in a file that states no unit, and a note.
+    """Return the scale factor for positions in a file that states no unit, and a note on the assumed unit.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Separation of the people in a recording by a prefix or suffix of the point names: ``anna:LANK``, ``LANK_2``."""
+"""Separation of people in a recording by a prefix or suffix of point names, such as ``anna:LANK``."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from pipeline.skeleton.source_mapping import SourceMapping
 from pipeline.validation import InvalidInput
 
 OTHERS = "unnamed"
-"""Name of the person whose points have no prefix or suffix, if other points have one."""
+"""Name of the person whose points have no prefix or suffix, in a recording of several people."""
 
 _MIN_POINTS = 7
-"""Smallest number of points from which the legs and pelvis of a person can be computed."""
+"""Smallest number of points from which the legs and the pelvis of a person can be computed."""
 
 SAME_POINT_MM = 50.0
-"""Median distance below which two points with the same name belong to one person, e.g. raw and filtered data."""
+"""Median distance, mm, below which points with the same name are of one person, e.g. raw and filtered."""
 
 SAME_BODY_MM = 150.0
-"""Median distance below which joints from two sets of names belong to one person; two bodies are farther apart."""
+"""Median distance, mm, below which joints from two sets of points are of one person."""
 
 _SIDES = {"l", "r", "left", "right", "lt", "rt"}
 _PERSON = (
@@ -34,13 +34,13 @@ _PERSON = (
     *(rf"((?:[^\W_]+[\W_]+){{{more}}}[^\W_]+)[\W_]+(?=[^\W_])" for more in (0, 1)),
     r".*?\D(\d+)\W*$|.*?[^\n][\W_]+([^\W_]+)[\W_]*$",
 )
-"""Patterns that find the person in a point name, the most reliable first.
+"""Patterns that find the name of a person in a point name, in order of reliability.
 
 They are: before a colon, the first word, the first two words, the number at the end, the last word."""
 
 
 def people(motion: MotionCapture, mappings: Iterable[SourceMapping]) -> dict[str, MotionCapture]:
-    """Split a recording into one recording for each person, by name; empty if the recording has one person.
+    """Split a recording by point names into one recording for each person; empty for a single person.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def people(motion: MotionCapture, mappings: Iterable[SourceMapping]) -> dict[str
 def of_one_person(
     motion: MotionCapture, mappings: Iterable[SourceMapping], subject: str = ""
 ) -> MotionCapture:
-    """Return the recording of one person.
+    """Return the recording of one person from a recording of several people.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ def of_one_person(
 
 
 def _same_person(first: MotionCapture, second: MotionCapture, mappings: Sequence[SourceMapping]) -> bool:
-    """Return True if points with the same names coincide in two recordings.
+    """Return True if the points that have the same names in two recordings coincide.
 
     Without shared names, the joints are compared instead.
     """
@@ -133,7 +133,7 @@ def _same_person(first: MotionCapture, second: MotionCapture, mappings: Sequence
 
 
 def _only(motion: MotionCapture, points: Sequence[int], person: str) -> MotionCapture:
-    """Select points of a recording, and remove the person's prefix or suffix from their names."""
+    """Select some points of a recording, and remove the name of the person from their names."""
     k = list(points)
     affix = re.compile(rf"{re.escape(person)}[\W_]+|[\W_]*{re.escape(person)}[\W_]*$" if person else "(?!)")
     names = (motion.names[i] for i in k)
@@ -149,7 +149,7 @@ def _only(motion: MotionCapture, points: Sequence[int], person: str) -> MotionCa
 
 
 def _groupings(names: Sequence[str]) -> Iterator[dict[str, list[int]]]:
-    """Yield candidate divisions of the points into people, the most reliable first."""
+    """Yield possible divisions of the points into people, in order of reliability."""
     for pattern in _PERSON:
         groups: dict[str, list[int]] = {}
         for k, name in enumerate(names):

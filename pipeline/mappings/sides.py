@@ -1,4 +1,4 @@
-"""Anatomical check of a mapping by its rules and the names of points; coordinates are not used."""
+"""Anatomical check of a mapping by the names of its points, without their coordinates."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pipeline.skeleton.recorded import MotionCapture
 from pipeline.skeleton.source_mapping import SourceMapping
 
 _Weights = dict[int, float]
-"""Weights of the points whose weighted sum is a joint, by index of the point."""
+"""Weights of the points whose weighted sum is a joint, by point index."""
 
 MAX_RULE_CHARACTERS = 90
 """Largest number of characters of a rule that a message quotes."""
@@ -21,11 +21,11 @@ _CENTRE = re.compile("origin|pelvi|sacr|root|midhip|hips")
 """Pattern of words in the names of points at the centre of the pelvis."""
 
 _HALF = 0.5 - 1e-9
-"""Smallest weight at which a point is treated as the joint itself."""
+"""Smallest weight in a rule at which a point counts as the joint itself."""
 
 
 def check(motion: MotionCapture, mapping: SourceMapping) -> list[Complaint]:
-    """Return the anatomical faults of a mapping for a recording; an empty list if there are none.
+    """Return the anatomical faults of a mapping for a recording; the list is empty for a correct mapping.
 
     Left and right joints need the same rule.  A hip must not be the centre of the pelvis, nor a marker at its front if
     the hip regression is possible.  No point may be a joint on both sides.
@@ -82,7 +82,7 @@ def check(motion: MotionCapture, mapping: SourceMapping) -> list[Complaint]:
 
 
 def _alike(left: _Weights, right: _Weights, twins: dict[int, int]) -> bool:
-    """Return True if the right rule mirrors the left rule.
+    """Return True if the rule of a right joint mirrors the rule of the left joint.
 
     If the names of the points state no side, only the weights of the two rules are compared.
     """
@@ -92,14 +92,14 @@ def _alike(left: _Weights, right: _Weights, twins: dict[int, int]) -> bool:
 
 
 def _shared(left: _Weights, right: _Weights) -> list[int]:
-    """Return the points with at least half the weight in both rules; empty if a rule has a negative weight."""
+    """Return the points that have at least half the weight in the rules of two joints."""
     if min((*left.values(), *right.values()), default=0.0) < 0:
         return []
     return [k for k in left if min(left[k], right.get(k, 0.0)) >= _HALF]
 
 
 def _regressed(motion: MotionCapture) -> set[int]:
-    """Return the two markers at the front of the pelvis; empty if the file lacks a marker of the hip regression."""
+    """Return the two markers at the front of the pelvis, if the file has all markers of the hip regression."""
     points = MappedPoints(motion, shipped()["skin_landmarks"])
     front, back, sacrum = (
         [points.find(name) for name in names]

@@ -20,13 +20,13 @@ from pipeline.skeleton.source_mapping import Lowering, Rule, SourceMapping, UpAx
 from pipeline.validation import InvalidInput
 
 AUTO = "auto"
-"""Value of the option `skeleton` that selects the best mapping for each recording."""
+"""Value of the option `skeleton` with which the best mapping is selected for each recording."""
 
 MAX_FILE_BYTES = 1_000_000
 """Largest size of a mapping file in bytes."""
 
 _MAX_DEPTH = 10
-"""Largest nesting depth of a mapping file; the parsing time increases with the square of the depth."""
+"""Largest nesting depth of a mapping file, because the parsing time grows with the square of the depth."""
 
 _KEYS = ("name", "up", "units", "recognised_by", "points", "joints", "otherwise", "lowered", "guessed")
 
@@ -46,7 +46,7 @@ def shipped() -> dict[str, SourceMapping]:
 
 
 def chosen(name: str) -> SourceMapping | None:
-    """Return the mapping that the option `skeleton` selects: a shipped mapping or a YAML file; None for ``auto``.
+    """Return the mapping that the option `skeleton` names, from the package or a YAML file; None for ``auto``.
 
     Raises
     ------
@@ -116,10 +116,10 @@ def load(path: Path) -> SourceMapping:
 
 
 def _composed(text: str, where: str) -> yaml.Node:
-    """Parse a YAML text to a tree of nodes; custom tags, anchors and aliases are rejected."""
+    """Parse a YAML text to a tree of nodes, and reject custom tags, anchors and aliases."""
 
     class Loader(yaml.SafeLoader):
-        """YAML loader that knows the file name, so that the position of each node includes the file name."""
+        """YAML loader whose error positions include the name of the file."""
 
         def __init__(self, stream: str) -> None:
             super().__init__(stream)
@@ -160,13 +160,13 @@ def _composed(text: str, where: str) -> yaml.Node:
 def _wrong(
     what: str, at: Any, expected: str = "", received: str = "", *, code: str, **values: Any
 ) -> InvalidInput:
-    """Return the error at a node or an event, with its line in the file."""
+    """Return an error about a node of a YAML file, with the file name and the line."""
     mark = at.start_mark
     return InvalidInput(what, f"{mark.name}, line {mark.line + 1}", expected, received, code=code, **values)
 
 
 def _items(node: yaml.Node, what: str) -> list[tuple[str, yaml.Node, yaml.Node]]:
-    """Return keys and values of a node, after checking that no key is repeated."""
+    """Return the keys and values of a YAML node. Raises InvalidInput if a key is repeated."""
     if not isinstance(node, yaml.MappingNode):
         raise _wrong(f"{what} must have keys with values", node, "key: value", code="not_keys")
     items: dict[str, tuple[yaml.Node, yaml.Node]] = {}
@@ -270,7 +270,7 @@ def _lowering(node: yaml.Node, joint: str) -> Lowering:
 
 
 def _mapping(root: yaml.Node, stem: str) -> SourceMapping:
-    """Return the mapping that a file defines; its default name is the name of the file."""
+    """Return the mapping that a YAML file defines; without a name in the file, the file name is used."""
     values: dict[str, Any] = {"name": stem}
     for key, node, value in _items(root, "a mapping"):
         if key not in _KEYS:
@@ -322,7 +322,7 @@ def _shown(node: yaml.Node) -> str:
 
 
 def written(mapping: SourceMapping, motion: MotionCapture) -> str:
-    """Return a mapping as YAML text for `pipeline.mappings.load`; guesses are marked and unused points are listed."""
+    """Return a mapping as YAML text, with marks on guessed lines and a list of unused points."""
     lines = [
         "# Proposed from names, sides and positions of the points of a recording.  Check every line marked as guessed.",
         "# The weights of a joint sum to one, for example {lateral: 0.5, medial: 0.5}.",

@@ -31,23 +31,23 @@ ADULT_LEG_MM = 850.0
 """Typical leg length of an adult, mm."""
 
 MIN_DEPTH_MM = 1.0
-"""Smallest accepted extent of the joints along each axis, mm. Keypoints of a video have no depth."""
+"""Smallest accepted range of joint coordinates along each axis, mm; keypoints of a video have no depth."""
 
 MAX_CHANGE = 0.4
-"""Largest accepted interquartile range of limb length, relative to the median limb length.
+"""Largest accepted interquartile range of the length of a limb over time, relative to its median length.
 
 The steadier of thighs and shanks is tested.
 
 It is at most .05 in 107 recordings, and at least .5 if the values are velocities."""
 
 UNEVEN = (0.15, 0.35)
-"""Relative length differences between left and right limbs.
+"""Relative differences between left and right limb lengths that cause a remark and a rejection.
 
 Above the first, a remark is added; above the second, the recording is rejected.
 """
 
 MAX_PELVIS_DISTANCE = 0.02
-"""Largest distance from the pelvis, in leg lengths, at which a mapped hip counts as the pelvis centre."""
+"""Distance of a hip from the pelvis, in leg lengths, below which it counts as mapped to the pelvis centre."""
 
 _HIPS, _KNEES = ([leg[k] for leg in (LEFT_LEG, RIGHT_LEG)] for k in (0, 1))
 _SHOULDERS, _ELBOWS, _WRISTS = (
@@ -94,7 +94,7 @@ _PROPORTIONS = (
     ),
     _Proportion("pelvis_to_head", (("pelvis", "head"),), (0.55, 1.20), (0.35, 1.6), _MARKER, _MARKER),
 )  # fmt: skip
-"""Ranges of body proportions.
+"""Usual and possible ranges of human body proportions.
 
 In 63 recordings, hip width is .13–.29, thigh .43–.56, shoulder width .21–.60, and pelvis to head .60–1.05.
 """
@@ -108,7 +108,7 @@ def accepted(
     walk: bool,
     up: UpAxis = UpAxis.auto,
 ) -> list[str]:
-    """Check a body, and return the remarks of `check` as sentences.
+    """Check a body and return remarks on it as sentences.
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ def check(
     walk: bool,
     up: UpAxis = UpAxis.auto,
 ) -> list[Complaint]:
-    """Return the complaints about a body, first those for which it is rejected.
+    """Return the complaints about a body; the first ones cause the rejection of the recording.
 
     The list is empty for a normal body.
 
@@ -168,25 +168,25 @@ def check(
 
 
 def _lengths(body: np.ndarray, upper: int, lower: int) -> np.ndarray:
-    """Distances between two joints in the frames in which both were measured."""
+    """Return the distance between two joints in each frame in which both joints were measured."""
     lengths = np.asarray(np.linalg.norm(body[:, upper] - body[:, lower], axis=-1))
     return lengths[np.isfinite(lengths)]
 
 
 def _medians(body: np.ndarray, upper: Sequence[int], lower: Sequence[int]) -> list[float]:
-    """Median distance of each pair of joints; NaN if the two joints are never measured in the same frame."""
+    """Return the median distance of each pair of joints, NaN for joints that were never measured together."""
     pairs = (_lengths(body, *pair) for pair in zip(upper, lower, strict=True))
     return [float(np.median(lengths)) if len(lengths) else np.nan for lengths in pairs]
 
 
 def _change(lengths: np.ndarray) -> float:
-    """Interquartile range of lengths, relative to the median length."""
+    """Return the interquartile range of lengths over time, relative to the median length."""
     low, middle, high = np.quantile(lengths, [0.25, 0.5, 0.75])
     return float((high - low) / middle)
 
 
 def unit_of_leg(leg: float) -> str:
-    """Return the unit in which a leg has a human length, e.g. ``m``, or ``mm/0.24``.
+    """Return the probable unit of a file, such as ``m``, in which its leg length is that of a human.
 
     The number is the leg length relative to an adult's leg, 1 for millimetres.
 
@@ -199,7 +199,7 @@ def unit_of_leg(leg: float) -> str:
 
 
 def _unit(leg: float) -> tuple[str, str, float]:
-    """Return advice on the unit of a leg length, the unit's short name, and its factor to millimetres.
+    """Return advice on the unit of a leg length, with the unit's short name and its size in millimetres.
 
     The unit is guessed.
 
@@ -218,7 +218,7 @@ def _unit(leg: float) -> tuple[str, str, float]:
 
 
 def _unusable(body: np.ndarray) -> list[Complaint]:
-    """Complaint that makes further checks pointless: legs never measured completely, a wrong unit, or no depth."""
+    """Complaint after which no other check is useful: no complete leg, a wrong unit, or no depth."""
     length = leg_length(body)
     if not np.isfinite(length):
         return [Complaint("legs_unseen", "the legs were never measured completely", rejects=True)]
@@ -242,7 +242,7 @@ def _unusable(body: np.ndarray) -> list[Complaint]:
 
 
 def _proportions(body: np.ndarray, leg: float) -> list[Complaint]:
-    """Complaints about unusual proportions, and about hips that are mapped to the centre of the pelvis."""
+    """Complaints about unusual body proportions, and about hips that are mapped to the pelvis centre."""
     complaints = []
     for proportion in _PROPORTIONS:
         ends = [[WALKER15.index(joint) for joint in pair] for pair in zip(*proportion.ends, strict=True)]
@@ -268,7 +268,7 @@ def _proportions(body: np.ndarray, leg: float) -> list[Complaint]:
         nearest = min(distances.values())
         names = " and ".join(joints)
         sentence = (
-            f"{names}: {nearest:.0f} mm from the pelvis, so its centre is mapped as a hip: map the hip joint"
+            f"{names}: only {nearest:.0f} mm from the pelvis; map the hip joint, not the centre of the pelvis"
         )
         complaints.append(
             Complaint("hip_at_pelvis", sentence, joints, {"distance_mm": nearest}, rejects=True)
@@ -277,7 +277,7 @@ def _proportions(body: np.ndarray, leg: float) -> list[Complaint]:
 
 
 def _changing(body: np.ndarray) -> list[Complaint]:
-    """Complaint about thighs and shanks whose length changes."""
+    """Complaint about thighs and shanks whose length changes over time."""
     change = min(
         _change(np.concatenate([_lengths(body, *ends) for ends in zip(*_LIMBS[limb], strict=True)]))
         for limb in ("thigh", "shank")
@@ -295,7 +295,7 @@ def _changing(body: np.ndarray) -> list[Complaint]:
 
 
 def _uneven(body: np.ndarray) -> list[Complaint]:
-    """Complaints about limbs that are longer than the same limb of the other side.
+    """Complaints about limbs that are longer than the same limb on the other side.
 
     Only limbs of steady length reject a recording.  A limb of changing length has a badly tracked joint, which walks
     estimate.
@@ -316,7 +316,7 @@ def _uneven(body: np.ndarray) -> list[Complaint]:
 
 
 def _exchanged(body: np.ndarray) -> list[Complaint]:
-    """Complaint about limbs that would be shorter and steadier if the lower ends of left and right were exchanged.
+    """Complaint about limbs that are shorter and of steadier length if their left and right ends are exchanged.
 
     Crossing limbs, such as folded arms, would not be steadier.  Thighs and upper arms that cross by half the width of
     hips or shoulders need to be only as steady as their own, because skin moves.  If shoulders and hips face opposite

@@ -9,7 +9,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Complaint:
-    """Complaint about a body or about a mapping.
+    """Complaint about the body in a recording, or about its mapping to joints.
 
     Attributes
     ----------
@@ -50,5 +50,5 @@ class Remark(str):
 
 
 def remarks_of(code: str, notes: Iterable[str]) -> list[str]:
-    """Return those of the notes that are remarks with the given code."""
+    """Return those notes that are remarks with a given code."""
     return [note for note in notes if isinstance(note, Remark) and note.code == code]

@@ -1,4 +1,4 @@
-"""Skeleton of joints with parents and mirror pairs, and the rigid limbs between the joints."""
+"""Skeleton as a tree of joints with mirror pairs, and the rigid limbs between the joints."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pipeline.validation import require_choice
 
 @dataclass(frozen=True)
 class Skeleton:
-    """Tree of joints with their mirror pairs.
+    """Tree of joints, with the joint on the other side of the body for each joint.
 
     Attributes
     ----------
@@ -39,7 +39,7 @@ class Skeleton:
 
     @property
     def bones(self) -> tuple[tuple[int, int], ...]:
-        """Bones as pairs (parent, child) of joint indices."""
+        """Bones of the skeleton as pairs (parent, child) of joint indices."""
         return tuple((p, j) for j, p in enumerate(self.parents) if p >= 0)
 
 
@@ -75,7 +75,7 @@ ANKLES = [LEFT_LEG[2], RIGHT_LEG[2]]
 """Indices of the left and the right ankle."""
 
 LEG_LENGTH_MM = (300.0, 1300.0)
-"""Range of human leg lengths from hip to knee to ankle, mm. Outside this range, the unit is wrong."""
+"""Range of human leg lengths from hip to knee to ankle, mm; other lengths indicate a wrong unit."""
 
 
 def leg_length(positions: np.ndarray) -> float:
@@ -97,7 +97,7 @@ def leg_length(positions: np.ndarray) -> float:
 
 @dataclass(frozen=True)
 class Limbs:
-    """Rigid limbs between joints of WALKER15, ordered from the root of the tree to its ends.
+    """Rigid limbs between joints of WALKER15, ordered from the root of the skeleton outwards.
 
     Attributes
     ----------
@@ -141,7 +141,7 @@ POSTURE12 = Limbs(
         (6, 7),
     ),
 )
-"""Twelve rigid limbs of [mozerov2006 1], rooted at the hip.
+"""Twelve rigid limbs of a posture, with the hip as root [mozerov2006 1].
 
 The limbs between the hips and between the shoulders point from left to right.
 """

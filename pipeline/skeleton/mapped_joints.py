@@ -1,4 +1,4 @@
-"""Computation of joints, with z up, from the points of a recording, by the rules of a mapping."""
+"""Computation of joints, with z up, from the points of a recording by the rules of a mapping."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ _FOREIGN = re.compile(
     r"(?:(?![^\W\d_])|(?<=[a-zß-ÿ])(?=[A-ZÀ-Þ]))"
 )
 _SHORT_SIDE = re.compile(r"(?<![^\W_])(?:(g|iz|li|sx)|d|dr|der|dir|dx|re)(?![^\W_])", re.IGNORECASE)
-"""Pattern of abbreviations of sides next to a translated word; its group matches only left sides."""
+"""Pattern of foreign abbreviations for left and right in point names; its group matches left only."""
 
 _TO_Z_UP = {
     UpAxis.x: np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]]),
@@ -62,10 +62,10 @@ _TO_Z_UP = {
     UpAxis("-y"): np.array([[0.0, 0, -1], [1, 0, 0], [0, -1, 0]]),
     UpAxis("-z"): np.array([[0.0, 1, 0], [1, 0, 0], [0, 0, -1]]),
 }
-"""Rotations, without a reflection, that turn the named axis to z."""
+"""Rotation matrices that turn the named axis to z, without a reflection."""
 
 LOWER_BODY = ("pelvis", "left_hip", "left_knee", "left_ankle", "right_hip", "right_knee", "right_ankle")
-"""Joints that every walk requires; missing ones are never estimated."""
+"""Joints that each walk must contain, because they are not estimated."""
 
 
 def in_english(name: str) -> str:
@@ -81,7 +81,7 @@ def in_english(name: str) -> str:
 
 
 def plain_name(name: str) -> str:
-    """Return a normalised point name: English, lower case, without prefix or separators, side as first letter.
+    """Return a point name in a standard form, such as ``lank`` for ``anna:L_Ank``.
 
     Examples
     --------
@@ -96,7 +96,7 @@ def plain_name(name: str) -> str:
 
 
 def bare_names(names: Sequence[str]) -> list[str]:
-    """Return point names without their common parts.
+    """Return the names of points without a prefix or suffix that most of the names share.
 
     The parts are text before a colon, and a prefix and a suffix that most names have, or the first word of at least a
     third of the names.
@@ -113,7 +113,7 @@ def bare_names(names: Sequence[str]) -> list[str]:
 
 
 class MappedPoints:
-    """Lookup of the points of a recording by the point names of a mapping.
+    """Lookup of the points of a recording by the point names in a mapping.
 
     Parameters
     ----------
@@ -133,14 +133,14 @@ class MappedPoints:
         self._cached: dict[str, int | None] = {}
 
     def find(self, point: str) -> int | None:
-        """Return the index of a point by its name or an alternative name, or None if the point does not exist."""
+        """Return the index of the point with a name or one of its alternative names; None without such a point."""
         if point not in self._cached:
             candidates = (self._by_name(name) for name in (point, *self._mapping.points.get(point, ())))
             self._cached[point] = next((index for index in candidates if index is not None), None)
         return self._cached[point]
 
     def index(self, point: str) -> int:
-        """Return the index of a point that exists in the recording."""
+        """Return the index of a named point, which must exist in the recording."""
         index = self.find(point)
         assert index is not None
         return index
@@ -157,7 +157,7 @@ class MappedPoints:
         return None
 
     def _unique(self, matches: list[int], name: str) -> list[int]:
-        """Select one of several points with the same name.
+        """Select one of several points that have the same name.
 
         The points must have the same spelling and equal positions.
         """
@@ -177,7 +177,7 @@ class MappedPoints:
         return [max(matches, key=lambda i: int(self._motion.valid[:, i].sum()))]
 
     def rule_of(self, joint: str) -> tuple[Rule, Lowering | None] | None:
-        """Return the first rule of a joint whose points are in the file.
+        """Return the first rule for a joint whose points are all in the file; None without such a rule.
 
         Rules whose points were measured have priority.
         """
@@ -190,7 +190,7 @@ class MappedPoints:
         return next(iter(measured or available), None)
 
     def weights(self, joint: str) -> dict[int, float]:
-        """Return the weights of the points that define a joint, by point index; empty if the file lacks a point."""
+        """Return the weights of the points that define a joint, by point index; empty if a point is missing."""
         weights: dict[int, float] = {}
         rule = self.rule_of(joint)
         for point, weight in rule[0].items() if rule else ():
@@ -198,11 +198,11 @@ class MappedPoints:
         return weights
 
     def sees(self, rule: Rule) -> bool:
-        """Return True if the file contains all points of a rule and all were measured."""
+        """Return True if all points of a rule are in the file and were measured."""
         return all((index := self.find(point)) is not None and self._measured[index] for point in rule)
 
     def lacking(self, joint: str) -> InvalidInput:
-        """Return the error for a joint that cannot be computed from the file."""
+        """Return the error for a joint that cannot be computed from the points of the file."""
         mapping, rules = self._mapping, self._mapping.rules(joint)
         if not rules:
             return InvalidInput(
@@ -214,7 +214,7 @@ class MappedPoints:
         return InvalidInput(
             message,
             mapping.name,
-            "skeleton=auto, or a mapping of these points",
+            "skeleton=auto, or a mapping for these points",
             received,
             code="missing_point",
             joint=joint,
@@ -222,13 +222,13 @@ class MappedPoints:
         )
 
     def distance(self, joint: str, lowering: Lowering) -> float:
-        """Return the mean distance, mm, between the two points that determine how far a joint is lowered."""
+        """Return the mean distance, mm, between the two points that set how far a joint is shifted down."""
         pair = [self.index(point) for point in lowering.between]
         ends = self._motion.positions_mm[:, pair]
         distance = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=-1)
         if not np.isfinite(distance).any():
             raise InvalidInput(
-                f"the two points by which {joint!r} is lowered were never measured together",
+                f"the two points that set the downward shift of {joint!r} were never measured in the same frame",
                 self._mapping.name,
                 received=lowering.between,
                 code="never_together",
@@ -237,7 +237,7 @@ class MappedPoints:
         return float(np.nanmean(distance))
 
     def joints(self) -> np.ndarray:
-        """Return joints (T, 15, 3), mm, in the axes of the file, before any joint is lowered; NaN where missing.
+        """Return joints (T, 15, 3), mm, in the axes of the file, without downward shifts; NaN where missing.
 
         Raises
         ------
@@ -256,7 +256,7 @@ class MappedPoints:
 
 
 def map_joints(motion: MotionCapture, mapping: SourceMapping) -> tuple[np.ndarray, np.ndarray]:
-    """Compute joint positions from source points, and rotate them to z up.
+    """Compute joint positions from the points of a recording, and rotate them so that z points up.
 
     Joints other than legs and pelvis may be missing; they are NaN and invalid in all frames.
 
@@ -294,7 +294,7 @@ def with_z_up(positions: np.ndarray, up: UpAxis) -> np.ndarray:
 
 
 def up_axis(motion: MotionCapture, mapping: SourceMapping) -> UpAxis:
-    """Return the axis of a file that points up: the axis that the user states, or the axis of the standing body.
+    """Return the axis of a recording that points up, stated by the user or inferred from the standing body.
 
     Raises
     ------
@@ -305,7 +305,7 @@ def up_axis(motion: MotionCapture, mapping: SourceMapping) -> UpAxis:
 
 
 def _up_of(positions: np.ndarray, motion: MotionCapture, mapping: SourceMapping) -> UpAxis:
-    """Return the axis that the caller stated, or else the axis along which joints (T, 15, 3) stand.
+    """Return the upward axis that the user stated, or else the axis along which joints (T, 15, 3) stand.
 
     The mapping's axis decides between axes that are equally plausible.
     """
@@ -328,7 +328,7 @@ def _index(names: Iterable[str]) -> dict[str, list[int]]:
 
 
 def _shared_word(names: Sequence[str]) -> str:
-    """Return the first word of at least a third of the names, such as ``Character1_``; empty if it is a side."""
+    """Return the first word that a third of the names share, such as ``Character1_``; empty if it is a side."""
     words = Counter(name.partition("_")[0] for name in names if "_" in name)
     word, count = max(words.items(), key=lambda item: item[1], default=("", 0))
     side = _SIDE_FIRST.match(f"{word}_x")
@@ -336,7 +336,7 @@ def _shared_word(names: Sequence[str]) -> str:
 
 
 def _common_prefix(names: list[str]) -> str:
-    """Return the prefix that most names have, such as ``mixamorig``, or an empty string.
+    """Return the prefix that most of the names share, such as ``mixamorig``; empty without such a prefix.
 
     One or two letters are a prefix only if they are lower case in front of a capital, as in ``pRightASI``.
     """

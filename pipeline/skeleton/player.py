@@ -1,4 +1,4 @@
-"""Player of moving points for notebooks: HTML that contains its script and needs no other files."""
+"""HTML player of moving points for notebooks, which needs no other files."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ import numpy as np
 
 _PAGE = Path(__file__).with_name("player.html")
 MAX_FRAMES, MAX_POINTS = 120, 100
-"""Largest numbers of frames and points in the player; from more, evenly spaced frames and points are selected."""
+"""Largest numbers of frames and of points in the player; longer recordings are thinned at equal steps."""
 _AXES = {"x": (1, 2, 0), "y": (2, 0, 1), "z": (0, 1, 2)}
-"""Indices of a file's axes in the order across, along, up, by the axis that points up."""
+"""Indices of the sideways, forward and upward axes of a file, by the name of the upward axis."""
 
 
 def player(positions: np.ndarray, seconds: float, up: str, bones: tuple[tuple[int, int], ...] = ()) -> str:
-    """Return the HTML of a player in which the user can rotate the points with the mouse.
+    """Return the HTML of a player in which the user can rotate moving points with the mouse.
 
     Parameters
     ----------

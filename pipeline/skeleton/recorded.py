@@ -13,7 +13,7 @@ from pipeline.skeleton.player import player
 from pipeline.skeleton.source_mapping import UpAxis
 
 MILLIMETRES = {"mm": 1.0, "cm": 10.0, "dm": 100.0, "m": 1000.0, "in": 25.4, "ft": 304.8}
-"""Size of each unit of length, mm, by the short name of the unit."""
+"""Size in mm of each unit of length, by the short name of the unit."""
 
 
 @shortened

@@ -9,7 +9,7 @@ from enum import StrEnum
 
 @dataclass(kw_only=True)
 class Lowering:
-    """Downward shift of a joint by the fraction `by` of the mean distance `between` two source points."""
+    """Shift of a joint downwards, by a fraction of the mean distance between two points of the source."""
 
     by: float
     between: list[str]
@@ -26,11 +26,11 @@ class UpAxis(StrEnum):
     vars()["-y"] = "-y"
     vars()["-z"] = "-z"
     auto = "auto"
-    """Axis along which the body stands, inferred from the joints."""
+    """The axis along which the body stands is inferred from the joints."""
 
 
 Rule = dict[str, float]
-"""Source points that define a joint, with weights that sum to one."""
+"""Weights of the points that define a joint, by point name; they sum to one."""
 
 
 @dataclass(kw_only=True)
@@ -69,7 +69,7 @@ class SourceMapping:
     guessed: list[str] = field(default_factory=list)
 
     def rules(self, joint: str) -> list[tuple[Rule, Lowering | None]]:
-        """Return the rules of a joint in order, each with the lowering of the joint or None."""
+        """Return the rules for a joint in order of priority, each with its downward shift or None."""
         first, last = (_listed(rules.get(joint)) for rules in (self.joints, self.otherwise))
         return [(rule, None) for rule in first] + [(rule, self.lowered.get(joint)) for rule in last]
 

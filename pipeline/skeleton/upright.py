@@ -1,4 +1,4 @@
-"""Checks of posture and gait: upward axis, knee bend, hip height, and cadence.
+"""Checks of posture and gait: upward axis, bend of the knees, height of the hips, and stride frequency.
 
 Positions are (T, 15, 3), mm, NaN where a joint was not measured, and z up except for the search of the upward axis.
 """
@@ -15,7 +15,7 @@ from pipeline.skeleton.source_mapping import UpAxis
 from pipeline.validation import InvalidInput, told_apart
 
 NEAR_RATIO = 1.5
-"""Largest ratio of the body's heights along two axes for which the axis of the mapping decides."""
+"""Largest ratio of a body's extents along two axes for which the mapping decides which axis points up."""
 
 CROUCHED = 0.8
 """Height of the hips above the ankles, in leg lengths, below which a walker is crouched.
@@ -36,10 +36,10 @@ MAX_PADDED = 1 << 16
 """Largest number of samples after zero padding, which gives a finer spectrum."""
 
 MIN_BEND = 0.05
-"""Distance of a knee from the line between hip and ankle, in leg lengths, above which the knee is bent."""
+"""Distance of a knee from the line between hip and ankle, in leg lengths, above which the knee counts as bent."""
 
 MIN_BALANCE = -0.5
-"""Balance of forward (1) and backward (-1) bends of the knees, below which left and right are exchanged."""
+"""Mean direction of knee bends, from -1 (backward) to 1 (forward), below which left and right are exchanged."""
 
 _HIPS, _KNEES = ([leg[k] for leg in (LEFT_LEG, RIGHT_LEG)] for k in (0, 1))
 _SHOULDERS = [WALKER15.index("left_shoulder"), WALKER15.index("right_shoulder")]
@@ -47,7 +47,7 @@ _LEVELS = ([WALKER15.index("head")], _SHOULDERS, _HIPS, _KNEES, list(ANKLES))
 
 
 def axis_up(positions: np.ndarray, fixed: UpAxis = UpAxis.auto) -> tuple[UpAxis, bool]:
-    """Return the signed axis along which a person stands, and True if the joints are in order along this axis.
+    """Return the axis along which a person stands, with sign, and True if the joints are in the order of a body.
 
     Parameters
     ----------
@@ -88,14 +88,14 @@ def axis_up(positions: np.ndarray, fixed: UpAxis = UpAxis.auto) -> tuple[UpAxis,
 
 
 def not_upright(body: np.ndarray, rejects: bool) -> list[Complaint]:
-    """Return a complaint if the body does not stand along z; otherwise return an empty list."""
+    """Return a complaint about a body that does not stand along z, or an empty list."""
     axis, ordered = axis_up(body, UpAxis.z)
     if ordered and axis == UpAxis.z:
         return []
     posture = f"the body stands along {axis}" if ordered else "the body stands along no axis"
     sentence = str(
         InvalidInput(
-            f"{posture}: is the axis that points up another one (data.up=…), or are points mapped to wrong joints?",
+            f"{posture}: state the axis that points up (data.up=…), or map the points to the right joints",
             expected="head, shoulders, hips, knees and ankles in this order along z",
         )
     )
@@ -110,7 +110,7 @@ def _forward(body: np.ndarray) -> np.ndarray:
 
 
 def bent_knees(body: np.ndarray, leg: float, rejects: bool) -> list[Complaint]:
-    """Return a complaint if the knees bend backwards relative to the direction that the hips face."""
+    """Return a complaint about knees that bend backwards relative to the direction that the hips face."""
     hips, knees, ankles = (body[:, part] for part in (_HIPS, _KNEES, ANKLES))
     along = ankles - hips
     share = ((knees - hips) * along).sum(axis=-1) / np.maximum((along**2).sum(axis=-1), np.finfo(float).tiny)
@@ -128,7 +128,7 @@ def bent_knees(body: np.ndarray, leg: float, rejects: bool) -> list[Complaint]:
 
 
 def crouched(body: np.ndarray, leg: float) -> list[Complaint]:
-    """Return a remark if the walker is crouched: the median height of the hips above the ankles is too low."""
+    """Return a remark on a walker who is crouched, which means that the hips are low above the ankles."""
     heights = (body[:, _HIPS, 2] - body[:, ANKLES, 2]).mean(axis=1)
     heights = heights[np.isfinite(heights)]
     height = float(np.median(heights)) if len(heights) else np.nan
@@ -143,7 +143,7 @@ def crouched(body: np.ndarray, leg: float) -> list[Complaint]:
 
 
 def cadence(body: np.ndarray, frame_rate_hz: float) -> list[Complaint]:
-    """Return a remark if the stride frequency is above the human range.
+    """Return a remark on a stride frequency above the human range.
 
     The frequency is estimated from the fore-aft distance between the ankles.
     """
@@ -162,6 +162,6 @@ def cadence(body: np.ndarray, frame_rate_hz: float) -> list[Complaint]:
     rate = frame_rate_hz / strides
     sentence = (
         f"{strides:.1f} strides per second are too many for a walk: is the frame rate {frame_rate_hz:g} Hz?"
-        f" At {rate:.0f} Hz there would be 1"
+        f" At {rate:.0f} Hz there would be one stride per second"
     )
     return [Complaint("rate", sentence, values={"strides_hz": strides, "frame_rate_hz": rate})]

@@ -1,4 +1,4 @@
-"""Captions from templates, with numbers from tables and claims and with colours from the palette."""
+"""Figure captions from templates, with numbers from tables and claims, and colours from the palette."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pipeline import papers
 from pipeline.palette import colour_name
 
 PUBLISHED, BASELINE, COLOUR = "published_", "baseline_", "colour_"
-"""Placeholder prefixes for the published number of a claim, its baseline's value and the colour of a role."""
+"""Placeholder prefixes for a claim's published number, the value of its baseline, and the name of a colour."""
 
 
 def filled_caption(text: str, number: Callable[[str], float]) -> str:
@@ -51,7 +51,7 @@ def filled_caption(text: str, number: Callable[[str], float]) -> str:
 
 @dataclass(frozen=True)
 class _Number:
-    """Number that is written as ``(no number here)`` if it is not finite."""
+    """Number that is formatted as ``(no number here)`` if it is not finite."""
 
     value: float
 

@@ -1,4 +1,4 @@
-"""Registry of measures, and the evaluation of a measure on tables, in one replicate or in all replicates."""
+"""Registry of measures, and evaluation of a measure on tables or on their bootstrap replicates."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from pipeline.studies.rows import Expression, Number, Table, as_number, columns_
 from pipeline.validation import InvalidInput
 
 Registry: TypeAlias = Mapping[str, Callable[..., Number]]
-"""Measures by name."""
+"""Functions that compute a measure, by the name of the measure."""
 
 
 def registry(*modules: ModuleType) -> Registry:
-    """Return the measures of some modules by name; a measure is a public function that returns a number.
+    """Return all measures of some modules by name; each public function that returns a number is a measure.
 
     Raises
     ------
@@ -64,13 +64,13 @@ def check(measure: Measure, registry: Registry, where: str) -> None:
             arguments = signature(function).bind(**part.arguments).arguments
         except TypeError as error:
             raise InvalidInput(
-                f"wrong arguments of {part.name}: {error}", where, code="wrong_arguments"
+                f"the measure {part.name} has wrong arguments: {error}", where, code="wrong_arguments"
             ) from error
         types = get_type_hints(function)
         for name, value in arguments.items():
             if not _fits(value, types[name]):
                 raise InvalidInput(
-                    f"wrong argument {name!r} of {part.name}",
+                    f"the measure {part.name} has a wrong value of the argument {name!r}",
                     where,
                     getattr(types[name], "__name__", str(types[name])),
                     value,
@@ -94,7 +94,7 @@ def _fits(value: object, annotation: Any) -> bool:
 def evaluate(
     measure: Measure, registry: Registry, tables: Mapping[str, Table | Replicated], replicates: int = 0
 ) -> Number:
-    """Return the value of a measure, NaN if one of its tables is missing.
+    """Return the value of a measure; NaN if a table that it reads is missing.
 
     Parameters
     ----------
@@ -149,7 +149,7 @@ def _published(value: Any) -> Any:
 
 
 def _drawn(value: Any, replicate: int) -> Any:
-    """Return the value of an argument in one replicate."""
+    """Return the value of one argument of a measure in one bootstrap replicate."""
     if isinstance(value, list):
         return [_drawn(item, replicate) for item in value]
     if isinstance(value, Replicated):

@@ -1,4 +1,4 @@
-"""Experiment, the options that a preset in ``conf/experiment`` sets."""
+"""Options of an experiment, which a preset in ``conf/experiment`` sets."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pipeline.validation import InvalidInput, Options, require_range
 
 
 class Scale(Options):
-    """Sizes that differ between a small and a full run; each preset uses some of them."""
+    """Sample sizes and grid steps that differ between a small run and a full run of an experiment."""
 
     name: str  # `smoke` or `full`
     walkers: int  # largest number of people; 0: all
@@ -48,11 +48,11 @@ class Experiment(Options):
 
     @property
     def published_in(self) -> Path:
-        """Folder in which figures with unchanged presets are published, for this data set and scale."""
+        """Folder of published figures for this data set and scale."""
         return Path(self.results) / self.data.name / self.scale.name
 
     def validate(self) -> None:
-        """Validate all options.
+        """Validate all options of the experiment.
 
         Raises
         ------
@@ -70,7 +70,7 @@ class Experiment(Options):
         ):
             if not isinstance(option, required):
                 raise InvalidInput(
-                    f"{type(self.figure).__name__} cannot be made with {type(option).__name__}",
+                    f"the figure {type(self.figure).__name__} cannot use {type(option).__name__} as {group}",
                     group,
                     required.__name__,
                     code="cannot_combine",

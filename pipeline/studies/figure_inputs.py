@@ -1,4 +1,4 @@
-"""Inputs of a figure, and the text that describes them in captions and recordings."""
+"""Results from which a figure is drawn, with the texts for its captions and recordings."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ ANKLE_HEIGHT_MM = 80.0
 
 @dataclass(frozen=True)
 class FigureInputs(Generic[DatasetT, ModelT, SweepT]):
-    """Results of all stages that one figure needs.
+    """Results of all stages of an experiment, from which its figure is drawn.
 
     Attributes
     ----------
@@ -45,12 +45,12 @@ class FigureInputs(Generic[DatasetT, ModelT, SweepT]):
 
     @property
     def samples(self) -> list[str]:
-        """Names of the samples, which are the names of their clips."""
+        """Names of the samples of the data set, which are the names of their clips."""
         return [str(name) for name in getattr(self.dataset, "clip")]  # noqa: B009 - every dataset has it
 
     @property
     def summary(self) -> str:
-        """Description of the data set, the samples and the model in one line."""
+        """Description of the data set, the samples and the model in one line, for captions."""
         dataset: Any = self.dataset
         model: Any = self.model
         sources = ", ".join(sorted(set(map(str, dataset.source)) - {self.experiment.data.name}))
@@ -59,7 +59,7 @@ class FigureInputs(Generic[DatasetT, ModelT, SweepT]):
 
     @property
     def _drawn(self) -> str:
-        """Words that name the displayed synthetic population and the reason for its choice; empty for other data."""
+        """Text that names the displayed synthetic population and the reason for its choice; empty for other data."""
         if not self.population:
             return ""
         error = re.sub("_(mm2?|deg)$", "", self.experiment.figure.traits.ranked_by[1]).replace("_", " ")
@@ -68,18 +68,18 @@ class FigureInputs(Generic[DatasetT, ModelT, SweepT]):
 
     @property
     def banded(self) -> str:
-        """Meaning of the bands around curves, as words for captions."""
+        """Meaning of the bands around the curves of a chart, as a phrase for captions."""
         return "range of all populations" if self.population else "95 % interval of the mean over people"
 
     @property
     def caption(self) -> str:
-        """First sentences of the figure's caption: title, data and credit."""
+        """First sentences of the figure's caption, with title, data and credit."""
         return " ".join(
             filter(None, (f"{self.experiment.title}. Data: {self.summary}.", self.experiment.data.credit))
         )
 
     def about(self, expect: str) -> str:
-        """Return the description of the recording in Markdown, which includes the text on the expected result."""
+        """Return the description of the recording in Markdown; `expect` is its text on the expected result."""
         return "\n".join(
             [
                 f"# {self.experiment.name}",
@@ -147,7 +147,7 @@ def sd(values: Any) -> Any:
 
 
 def entity_name(name: str) -> str:
-    """Return the name of a clip with underscores in place of characters that entity paths do not allow."""
+    """Return the name of a clip, with underscores for characters that are not allowed in paths of a recording."""
     return re.sub(r"\W", "_", name)
 
 

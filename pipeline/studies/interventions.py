@@ -1,4 +1,4 @@
-"""Changes of the results when one option is changed.
+"""Effects of changing one option: changed values of claims and changed verdicts.
 
 Explanations quote some of these numbers, and a table lists the claims that each change affects.
 
@@ -21,7 +21,7 @@ from pipeline.validation import InvalidInput
 
 @dataclass(frozen=True)
 class Switch:
-    """Option changes with a common name, and the figures that are computed with the changes.
+    """Named change of options, called a switch, with the figures that are recomputed under this change.
 
     Attributes
     ----------
@@ -39,7 +39,7 @@ class Switch:
 
 @dataclass(frozen=True)
 class Numbers(Switch):
-    """Values of our claims and quantities without a switch and with the switch.
+    """Values of our claims and quantities, before and after a change of options.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class Numbers(Switch):
 
 
 def names_quoted(data_name: str, group: str, switch: str) -> list[str]:
-    """Return the sorted names of the claims and quantities whose values explanations quote from a run."""
+    """Return the names of the claims and quantities whose changed values the explanations quote, sorted."""
     names = set()
     for paper in papers.all_papers().values():
         for claim in paper.claims:
@@ -68,7 +68,7 @@ def names_quoted(data_name: str, group: str, switch: str) -> list[str]:
 
 
 def figures_of(names: Iterable[str]) -> set[str]:
-    """Return the figures whose tables are needed for the given claims and quantities."""
+    """Return the names of the figures from whose tables the given claims and quantities are computed."""
     return {table.split("/")[0] for name in names for table in _tables(papers.quantity(name))}
 
 
@@ -79,7 +79,7 @@ def _tables(item: papers.Claim | papers.Quantity) -> tuple[str, ...]:
 
 
 def made_by(folder: Path) -> tuple[str, bool]:
-    """Return the scales of a folder's figures, as one string, and True if the checkout was clean."""
+    """Return the scales of all figures in a folder, and True if all were made without uncommitted changes."""
     manifests = [
         read_manifest(path.parent, ("scale", "provenance")) for path in visible(folder, "*/manifest.json")
     ]
@@ -88,19 +88,19 @@ def made_by(folder: Path) -> tuple[str, bool]:
 
 
 def require_clean(folder: Path) -> None:
-    """Raise InvalidInput if a figure below the folder was made by a checkout with uncommitted changes."""
+    """Raise InvalidInput if a figure in the folder was made from source code with uncommitted changes."""
     for below in (path for path in visible(folder, "*") if path.is_dir()):
         if not made_by(below)[1]:
             raise InvalidInput(
-                "figures were made by a checkout with changes",
+                "the figures were made from source code with uncommitted changes",
                 below.name,
-                "a clean one",
+                "a checkout without changes",
                 code="uncommitted_changes",
             )
 
 
 def keep_numbers(path: Path, numbers: Sequence[Numbers], data_name: str, group: str) -> None:
-    """Replace the rows of the given switches in the table of values that explanations quote."""
+    """Replace, in the table of quoted values, all rows of the option changes that were recomputed."""
     rows = [
         {
             "switch": run.name,
@@ -122,7 +122,7 @@ def keep_numbers(path: Path, numbers: Sequence[Numbers], data_name: str, group: 
 def keep_table(
     path: Path, rows: Sequence[Mapping[str, Any]], numbers: Sequence[Numbers], data_name: str, group: str
 ) -> None:
-    """Replace the rows of the given switches in the table of claims whose answers or values change."""
+    """Replace, in the table of affected claims, all rows of the option changes that were recomputed."""
     by_name = {run.name: run for run in numbers}
     moved = [
         {
@@ -139,7 +139,7 @@ def keep_table(
 def keep_runs(
     path: Path, rows: Sequence[Mapping[str, Any]], numbers: Sequence[Numbers], data_name: str, group: str
 ) -> None:
-    """Replace the rows of the given switches in the table of runs.
+    """Replace, in the table of runs, all rows of the option changes that were recomputed.
 
     A row has the options, the figures, the number of claims and the number of changed claims.
     """
@@ -169,7 +169,7 @@ def _replace(
     *,
     sort_by: list[str],
 ) -> None:
-    """Replace the rows of the given switches in a table; delete the file if the table becomes empty."""
+    """Replace the rows of the recomputed option changes in a table; delete a table that becomes empty."""
     rows = [{"data": data_name, "group": group, **row} for row in rows]
     renewed, by = {(data_name, group, run.name) for run in numbers}, ["data", "group", "switch"]
 

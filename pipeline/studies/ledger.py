@@ -22,25 +22,25 @@ from pipeline.studies.rows import Number, rows_of
 from pipeline.validation import InvalidInput
 
 Tables = Mapping[str, Any]
-"""Tables by name, each a data frame or a mapping of columns.
+"""Published tables by name, each a data frame or a mapping from column names to entries.
 
 ``zhang2007_fig5`` is the figure's ``table.csv``, and ``zhang2007_fig5/table_walkers`` is the ``table_walkers.csv`` next
 to it.
 """
 
 SMOKE = "smoke"
-"""Name of the small scale, whose results are never used to decide a claim."""
+"""Name of the scale for quick tests, whose results never decide a claim."""
 
 MAX_REPLICATE = 1e100
-"""Largest size of a replicate; larger ones would overflow in BCa and are ignored."""
+"""Largest absolute value of a bootstrap replicate; larger values overflow in the BCa interval and are ignored."""
 MAX_MISSING = 0.05
-"""Largest share of replicates that may lack a value; above, no interval is computed."""
+"""Largest share of bootstrap replicates without a value for which an interval is still computed."""
 
 SHARES = ("percent", "mean_percent", "percent_below", "larger", "smaller")
-"""Measures whose value is a share of rows or walkers, or the larger or smaller of several shares."""
+"""Names of measures that return a percentage of rows or walkers, or the larger or smaller of percentages."""
 
 EXTREMES = ("largest", "smallest")
-"""Measures whose bootstrap replicates never exceed the value of the sample, in the direction of the extreme."""
+"""Names of measures of an extreme value, which no bootstrap replicate can exceed."""
 
 
 def judge(
@@ -52,7 +52,7 @@ def judge(
     smoke: bool = False,
     overridden: bool = False,
 ) -> list[papers.Verdict]:
-    """Return one verdict per claim, in the order of the claims.
+    """Return the verdict on each claim, in the order of the claims.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def _evidence(
     *,
     interval: bool,
 ) -> papers.Evidence:
-    """Return the evidence on a claim: our value, the value of the baseline, and the paired gain over the baseline."""
+    """Return the evidence on a claim: our value, the baseline's value, and the paired gain over the baseline."""
     people, doubt = _people(claim.tables, frames)
     doubt = doubt or _not_met(claim, frames, measures)
     if claim.measure is None or claim.kind is papers.Kind.CONDITION or not interval:
@@ -145,7 +145,7 @@ def _measured(
     drawn: Replicates | None,
     measures: evaluation.Registry,
 ) -> tuple[float, Number]:
-    """Return the value of a measure and its replicates (B,), or NaN without replicates.
+    """Return the value of a measure and its value in each bootstrap replicate (B,); NaN without replicates.
 
     If the tables contain several populations, the value is the mean over populations.
     """
@@ -165,7 +165,7 @@ def _estimate(
     *,
     extreme: bool = False,
 ) -> papers.Estimate:
-    """Return a value with its 95 % interval, or without an interval if too few replicates have a value.
+    """Return a value with its 95 % interval; the interval is missing if too few replicates have a value.
 
     A replicate may lack all rows that a measure reads, such as every clip of walking; such replicates are ignored.
     The maximum of a bootstrap sample never exceeds that of the sample, although other people may exceed it.  If no
@@ -195,7 +195,7 @@ def _estimate(
 def _with_clopper_pearson(
     share: papers.Estimate, measure: papers.Measure, drawn: Replicates | None
 ) -> papers.Estimate:
-    """Return a share with its interval, which is a Clopper-Pearson interval for a share of 0 or 100 %.
+    """Return a percentage with its interval, of the Clopper-Pearson type for a percentage of 0 or 100.
 
     The bootstrap variance of such a share is zero.  The interval assumes independent rows, which equal rows cannot
     disprove.  Shares of views are returned unchanged, because views are not sampled.
@@ -222,7 +222,7 @@ def _is_share(measure: papers.Measure | float) -> bool:
 
 
 def _clipped_share(estimate: papers.Estimate, measure: papers.Measure | float) -> papers.Estimate:
-    """Return an estimate, with the interval of a share clipped to 0 to 100 %; Student's t may exceed this range."""
+    """Return an estimate; the interval of a percentage is clipped to the range from 0 to 100 %."""
     if not _is_share(measure):
         return estimate
     return replace(estimate, low=max(estimate.low, 0.0), high=min(estimate.high, 100.0))
@@ -231,7 +231,7 @@ def _clipped_share(estimate: papers.Estimate, measure: papers.Measure | float) -
 def _one_sample(
     claim: papers.Claim, value: float, values: Number, drawn: Replicates | None
 ) -> papers.Estimate | None:
-    """Return our value with the 95 % prediction interval for one sample of the same size as in the paper.
+    """Return our value with a 95 % prediction interval for one sample that has the size of the paper's sample.
 
     Each population has the paper's size.  For people, the spread of replicates is scaled to that size and added to the
     spread of our own sample.
@@ -256,7 +256,7 @@ def _one_sample(
 
 
 def _people(names: Iterable[str], frames: Mapping[str, pd.DataFrame]) -> tuple[int | None, str]:
-    """Return the smallest number of people behind some tables, and a doubt about the identity of a person.
+    """Return the smallest number of people in some tables, and a message if two recordings may show one person.
 
     The number is None if no table gives it; the doubt is empty if every recording differs from those of other people.
     """
@@ -278,7 +278,7 @@ def _people(names: Iterable[str], frames: Mapping[str, pd.DataFrame]) -> tuple[i
 
 
 def _not_met(claim: papers.Claim, frames: Mapping[str, pd.DataFrame], measures: evaluation.Registry) -> str:
-    """Return a message on the first condition of a claim that is not met, or an empty string.
+    """Return a message about the first unmet condition of a claim, or an empty string if all conditions are met.
 
     A condition whose tables are missing counts as met.
     """
@@ -297,7 +297,7 @@ def _not_met(claim: papers.Claim, frames: Mapping[str, pd.DataFrame], measures: 
 def numbers_of(
     names: Iterable[str], figure_tables: Tables, measures: evaluation.Registry
 ) -> dict[str, papers.Estimate]:
-    """Return our values of claims and quantities by name, with intervals; NaN if a table is missing."""
+    """Return our values of the named claims and quantities, with intervals; NaN if a table is missing."""
     frames = {name: _frame(name, table) for name, table in figure_tables.items()}
     estimates = {}
     for name in names:
@@ -316,7 +316,7 @@ def numbers_of(
 def number_of_figure(
     figure: str, figure_tables: Mapping[str, Any], measures: evaluation.Registry
 ) -> Callable[[str], float]:
-    """Return a function that gives our value of a named claim or quantity from the tables of one figure."""
+    """Return a function that computes our value of a claim or quantity from the tables of one figure."""
     by_name = {_name(figure, name): table for name, table in figure_tables.items()}
     return lambda name: numbers_of([name], by_name, measures)[name].value
 
@@ -324,7 +324,7 @@ def number_of_figure(
 def value_of(
     item: papers.Claim | papers.Quantity, frames: Mapping[str, pd.DataFrame], measures: evaluation.Registry
 ) -> float:
-    """Return our value of a claim or quantity, NaN if a table is missing.
+    """Return our value of a claim or quantity; NaN if a table that it reads is missing.
 
     If the tables contain several populations, the value is the mean over populations.
     """
@@ -344,7 +344,7 @@ def judge_figure(
     smoke: bool = False,
     overridden: bool = False,
 ) -> list[papers.Verdict]:
-    """Return the verdicts on the claims that one figure alone can decide.
+    """Return the verdicts on all claims that need the tables of this figure only.
 
     The keys of `figure_tables` are file names without suffix.
     """
@@ -379,7 +379,7 @@ def judge_folder(
             contents = f"{manifest.get('figure', figure)} of {manifest.get('data', data_name)}"
             if contents != (expected := f"{figure} of {data_name}"):
                 raise InvalidInput(
-                    "the folder contains another result",
+                    "the folder contains another figure or data set",
                     folder / figure,
                     expected,
                     contents,
@@ -393,7 +393,7 @@ def judge_folder(
 
 
 def read_folder(folder: Path, figures: Sequence[str]) -> dict[str, pd.DataFrame]:
-    """Return the published tables of the given figures, by the name of figure and table.
+    """Return all published tables of the named figures, by the name ``figure/table``.
 
     Raises
     ------
@@ -428,7 +428,7 @@ def _claims(figures: Sequence[str]) -> list[papers.Claim]:
 def write_claims(
     path: Path, verdicts: Sequence[papers.Verdict], *, judged: Iterable[str] | None = None
 ) -> None:
-    """Write a table with one row per verdict: both answers, the numbers that decide them, and the reason.
+    """Write a table with one row for each verdict: the paper's answer, our answer, the numbers and the reason.
 
     Parameters
     ----------

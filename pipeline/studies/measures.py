@@ -1,4 +1,4 @@
-"""Measures: functions of published tables that claims, explanations and the documentation refer to by name.
+"""Measures, which are functions that compute a number from published tables.
 
 A measure takes tables, texts and numbers, and returns a number.  It returns NaN if there are no rows or a value is not
 finite; `pipeline.studies.rows` selects rows by expressions over the columns.
@@ -38,7 +38,7 @@ from pipeline.studies.rows import (
 )
 
 Count = NewType("Count", float)
-"""Count, a number that is the same in all replicates."""
+"""Number that is the same in all bootstrap replicates, such as a count."""
 
 
 # --- one column -------------------------------------------------------------------------------------------
@@ -102,7 +102,7 @@ def at_smallest(table: Table, column: str, of: str) -> Number:
 
 
 def mean_step(table: Table, column: str) -> Count:
-    """Mean difference between successive distinct values of a column."""
+    """Mean step between successive distinct values of a column."""
     entries = np.unique(values(table, column))
     return Count(float(np.ptp(entries) / (entries.size - 1.0)) if entries.size > 1 else np.nan)
 
@@ -119,7 +119,7 @@ def variation_percent(table: Table, column: str) -> Number:
 
 
 def distinct(table: Table, columns: list[str]) -> Count:
-    """Number of distinct combinations of the entries in some columns."""
+    """Number of distinct combinations of entries in the given columns."""
     require_columns(table, *columns)
     return Count(float(len(table[list(columns)].drop_duplicates())))
 
@@ -128,7 +128,7 @@ def distinct(table: Table, columns: list[str]) -> Count:
 
 
 def percent(table: Table, of: Expression, where: Expression = ALL) -> Number:
-    """Percentage of the selected rows for which an expression is true; NaN if a row lacks a number."""
+    """Percentage of the selected rows for which an expression is true; NaN if an entry is missing."""
     rows = rows_of(table, where)
     true_rows = holds(rows.frame, of)
     if not len(rows.frame) or rows.frame[columns_of(of)].isna().any(axis=None):
@@ -137,7 +137,7 @@ def percent(table: Table, of: Expression, where: Expression = ALL) -> Number:
 
 
 def percent_below(table: Table, column: str, by: str, of: str, than: str) -> Number:
-    """Percentage of groups of rows in which the mean entry of one method is below that of another method.
+    """Percentage of groups of rows in which one method has a smaller mean than another method.
 
     NaN if a group lacks either method, has one twice for the same person, or an entry is not finite.
     """
@@ -179,7 +179,7 @@ def ratio_percent(of: Number, to: Number) -> Number:
 
 
 def percent_less(of: Number, than: Number) -> Number:
-    """Reduction from the second number to the first, in per cent of the second; negative if the first is larger."""
+    """Reduction from the second number to the first, in per cent of the second; negative for an increase."""
     return 100.0 * (1.0 - ratio(of, than))
 
 
@@ -189,12 +189,12 @@ def difference(of: Number, less: Number) -> Number:
 
 
 def scaled(of: Number, by: Number) -> Number:
-    """Product of a number and a factor."""
+    """Product of a number and a constant factor."""
     return as_number(np.multiply(of, by))
 
 
 def root(of: Number) -> Number:
-    """Square root of a mean square, or of a ratio of two mean squares."""
+    """Square root of a number, such as a mean square or a ratio of mean squares."""
     return as_number(np.sqrt(of))
 
 

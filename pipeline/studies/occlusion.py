@@ -1,4 +1,4 @@
-"""Simulated occlusion: every joint is hidden in random runs of frames, independently of other joints."""
+"""Simulated occlusion: each joint is hidden in random runs of frames, independently of other joints."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from pipeline.validation import require_range
 
 MAX_OCCLUDED = 0.9
-"""Largest share of hidden joints; with a larger share, runs of hidden frames would overlap."""
+"""Largest share of hidden frames of a joint; with a larger share, hidden runs would overlap."""
 
 
 def require_occlusion(shares: Sequence[float], mean_frames: float) -> None:
@@ -29,7 +29,7 @@ def require_occlusion(shares: Sequence[float], mean_frames: float) -> None:
 def occlusion(
     frames: int, joints: int, share: float, mean_frames: float, generator: np.random.Generator
 ) -> np.ndarray:
-    """Return a mask (T, J) of hidden joints; each joint is hidden independently, in runs of frames.
+    """Return a mask (T, J) of hidden joints, with independent random runs of hidden frames for each joint.
 
     Parameters
     ----------

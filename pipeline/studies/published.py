@@ -1,4 +1,4 @@
-"""Published values in ``results/published.csv``, and tables for the documentation and the report page.
+"""Published numbers in ``results/published.csv``, and tables of them for the documentation and the report page.
 
 The file has a row for each of our values of claims and quantities and for each count of verdicts, by data set, with the
 commit.  `measured` returns the rows of a folder of published figures, `filled` and `rendered` the tables.
@@ -25,19 +25,19 @@ from pipeline.studies.ledger import judge_folder, numbers_of, read_folder
 from pipeline.validation import InvalidInput, require_choice
 
 COUNTED = ((Kind.RESULT,), (Kind.SENTENCE,), papers.OF_PAPERS, (Kind.CONDITION,))
-"""Groups of kinds of claims that are counted together; targets of our own are not counted."""
+"""Groups of kinds of claims whose verdicts are counted together; our own targets are not counted."""
 
 JUDGED = "judged"
-"""Name of the row that counts the claims of a paper that the data can decide."""
+"""Name of the table row that counts those claims of a paper that the data can decide."""
 
 SEPARATOR = ", "
-"""Separator in row names, between a claim and a switch and between the parts of a count's name."""
+"""Separator within the names of rows in ``published.csv``, for instance between a claim and an option change."""
 
 COLUMNS = ("data", "scale", "commit", "figure", "name", "value", "unit")
 
 
 def names_quoted(layout: Mapping[str, Any]) -> list[str]:
-    """Return the sorted names of the claims and quantities whose values the tables show."""
+    """Return the names of the claims and quantities whose values a layout of tables shows, sorted."""
     templates = [
         template
         for table in layout.values()
@@ -50,7 +50,7 @@ def names_quoted(layout: Mapping[str, Any]) -> list[str]:
 def measured(
     folder: Path, figures: Sequence[str], layout: Mapping[str, Any], measures: Registry
 ) -> pd.DataFrame:
-    """Return the rows of ``published.csv`` for the figures that are published below ``results/<data>/<scale>``.
+    """Return the rows of ``published.csv`` for the figures in a folder ``results/<data>/<scale>``.
 
     Raises
     ------
@@ -64,7 +64,7 @@ def measured(
         raise InvalidInput(
             "the figures come from several commits, data sets or scales"
             if origins
-            else "nothing is published",
+            else "no figure is published in this folder",
             str(folder),
             received="; ".join(" ".join(map(str, item)) for item in sorted(origins)),
             code="mixed_figures" if origins else "nothing_published",
@@ -73,7 +73,7 @@ def measured(
     require_choice("scale", scale, ["full"])
     if any(manifest["provenance"].get("dirty") for manifest in manifests):
         raise InvalidInput(
-            "some figures come from a checkout with uncommitted changes",
+            "some figures were made from source code with uncommitted changes",
             str(folder),
             "a clean checkout (experiment=NAME,NAME,… recomputes current figures)",
             code="uncommitted_changes",
@@ -94,7 +94,7 @@ def measured(
 
 
 def sensitivities(data_name: str) -> list[tuple[str, str, float, str]]:
-    """Return rows with our values under other assumptions, each as figure, name, value and unit."""
+    """Return our values of claims when one option is changed, as tuples of figure, name, value and unit."""
     return [
         (claim.figure, f"{claim.name}{SEPARATOR}{run.switch}", run.with_it[claim.name].value, claim.unit)
         for paper in papers.all_papers().values()
@@ -107,7 +107,7 @@ def sensitivities(data_name: str) -> list[tuple[str, str, float, str]]:
 def verdict_counts(
     verdicts: Sequence[papers.Verdict], layout: Mapping[str, Any]
 ) -> list[tuple[str, str, float, str]]:
-    """Return rows that count the verdicts by kind, each as figure, name, value and unit.
+    """Return the numbers of verdicts of each kind, as tuples of figure, name, value and unit.
 
     Papers without testable claims have no row.
     """
@@ -134,7 +134,7 @@ def verdict_counts(
 
 
 def renew(path: Path, rows: pd.DataFrame) -> None:
-    """Replace the rows of the same data sets in ``published.csv``."""
+    """Replace, in ``published.csv``, all rows of the data sets that the new rows are from."""
     data_sets = set(rows["data"])
     cells = rows.to_dict("records")
     tables.renew(
@@ -143,11 +143,11 @@ def renew(path: Path, rows: pd.DataFrame) -> None:
 
 
 Cells = tuple[list[str], list[list[str]]]
-"""Column headings and rows of a table, as text."""
+"""Column headings and body rows of a table, as text."""
 
 
 def filled(layout: Mapping[str, Any], published: Mapping[str, Any]) -> dict[str, Cells]:
-    """Return each table of a layout, filled with the published values; rows without values are omitted."""
+    """Return each table of a layout with the published numbers filled in; rows without numbers are omitted."""
     values: dict[str, dict[str, float]] = {}
     if lacking := [name for name in ("data", "name", "value") if name not in published]:
         raise InvalidInput(
@@ -186,7 +186,7 @@ def _table(table: Mapping[str, Any], values: Mapping[str, Mapping[str, float]]) 
 
 
 def rendered(layout: Mapping[str, Any], published: Mapping[str, Any]) -> dict[str, str]:
-    """Return each table of a layout as Markdown.
+    """Return each table of a layout in Markdown, with the published numbers filled in.
 
     A layout without rows is only a sentence, its last column heading.
     """
@@ -211,7 +211,7 @@ def _templates(row: Mapping[str, Any]) -> list[str]:
 
 
 def _filled(templates: Sequence[str], values: Mapping[str, float]) -> str:
-    """Return the first template whose values are all known, filled in, or an empty string without such a template."""
+    """Return the first of several text templates whose numbers are all known, filled in; empty without one."""
     for template in templates if values else ():
         if set(placeholders(template)) <= set(values):
             return template.format_map({name: _Printed(value) for name, value in values.items()})
@@ -219,7 +219,7 @@ def _filled(templates: Sequence[str], values: Mapping[str, float]) -> str:
 
 
 class _Printed(float):
-    """Number that is formatted with a true minus sign, and with spaces as thousands separators."""
+    """Number that is printed with a minus sign instead of a hyphen, and with spaces between thousands."""
 
     def __format__(self, specification: str) -> str:
         return super().__format__(specification).replace("-", "−").replace(",", " ")
@@ -231,7 +231,7 @@ def _judged_together(layout: Mapping[str, Any]) -> Iterable[tuple[str, ...]]:
 
 
 def _counts(keys: Sequence[str], kinds: Sequence[Kind]) -> str:
-    """Return the template for counts of verdicts.
+    """Return a text template for the numbers of verdicts that agree with the paper.
 
     The number of claims that agree is followed by the number of those that also exceed their baseline.
 
@@ -257,7 +257,7 @@ def _count_name(keys: Iterable[str], kinds: Iterable[Kind], name: str) -> str:
 
 
 def insert(text: str, rendered_tables: Mapping[str, str]) -> str:
-    """Return a text in which each table between markers is replaced.
+    """Return a text in which new tables replace the tables between pairs of markers.
 
     The markers ``<!-- results:begin walks -->`` and ``<!-- results:end -->`` enclose a table.
 
@@ -274,7 +274,7 @@ def insert(text: str, rendered_tables: Mapping[str, str]) -> str:
     names = re.findall(r"<!-- results:begin (\w+) -->", text)
     if sorted(names) != sorted(rendered_tables):
         raise InvalidInput(
-            "the markers in the text do not match the tables",
+            "the names between the table markers in the text are not the names of the tables",
             expected=", ".join(sorted(rendered_tables)),
             received=", ".join(sorted(names)),
             code="markers_differ",

@@ -1,4 +1,4 @@
-"""List of all studies, from the package and from plug-ins."""
+"""Registry of all studies, from the package itself and from plug-ins."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ STUDIES: tuple[Study, ...] = (walks.STUDY, actions.STUDY, limbs.STUDY)
 """Studies that the package itself defines."""
 
 GROUPS = ("dataset", "model", "sweep", "figure")
-"""Groups of options to which studies add option classes."""
+"""Stages of an experiment for which studies define option classes: dataset, model, sweep and figure."""
 
 
 def studies() -> tuple[Study, ...]:
@@ -37,7 +37,7 @@ def all_measures() -> evaluation.Registry:
 
 
 def options(group: str) -> Mapping[str, type[Any]]:
-    """Return the option classes of one group from all studies, by their command-line names.
+    """Return all option classes of one stage, from all studies, by their command-line names.
 
     Raises
     ------

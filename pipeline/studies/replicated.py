@@ -28,19 +28,19 @@ from pipeline.seeding import derive_generator
 POPULATION, PERSON, DRAW, CLIP = "population", "person", "draw", "clip"
 
 SD = "sd"
-"""Name of the statistic "standard deviation" in `aggregate`."""
+"""Name of the standard deviation in calls of `aggregate`."""
 
 INGEST = "table_ingest"
-"""Name of the table that lists the clips of a figure."""
+"""Name of the published table that lists the clips from which a figure was computed."""
 
 MAX_LEFT_OUT = 500
-"""Largest number of replicates that leave clusters out.
+"""Largest number of jackknife replicates; a replicate leaves out one cluster or a group of clusters.
 
 With more clusters, each replicate leaves a group out; the acceleration is the same on average.
 """
 
 PERCENT = f"{100.0 * bootstrap.LEVEL:g} %"
-"""Confidence level of published intervals, as text."""
+"""Confidence level of published intervals as text, with a per cent sign."""
 
 OVER_PEOPLE = f"{PERCENT} intervals over people"
 
@@ -69,7 +69,7 @@ def interval_words(count: int, *, of: str = "mean", over: str = "people", bands:
 
 @dataclass(frozen=True)
 class Replicated:
-    """Table with its bootstrap weights in B replicates.
+    """Table with bootstrap weights for its rows in B replicates.
 
     Attributes
     ----------
@@ -89,14 +89,14 @@ class Replicated:
     published: pd.DataFrame
 
     def drawn(self, replicate: int) -> pd.DataFrame:
-        """Return the rows of one replicate, in which a row is repeated as often as its weight states."""
+        """Return the rows of one bootstrap replicate; a row is repeated as often as its weight states."""
         times = self.weights[replicate, self.cluster].astype(int)
         return self.frame.iloc[np.repeat(np.arange(len(self.frame)), times)]
 
 
 @dataclass(frozen=True)
 class Replicates:
-    """Tables of one claim, resampled together in the same replicates.
+    """Tables that are resampled together, so that a replicate has the same people in all tables.
 
     Attributes
     ----------
@@ -120,7 +120,7 @@ class Replicates:
 
 
 def replicate(names: Iterable[str], tables: Mapping[str, pd.DataFrame], seed: int = 0) -> Replicates | None:
-    """Return several tables, resampled together in the same replicates.
+    """Return tables whose bootstrap replicates have the same people in all tables.
 
     Parameters
     ----------
@@ -162,7 +162,7 @@ _INTERVALS = ContextVar("_INTERVALS", default=True)
 
 @contextmanager
 def without_intervals() -> Iterator[None]:
-    """Context in which intervals are not computed but are NaN, which saves time where no interval is read."""
+    """Context manager in which all confidence intervals are NaN, to save time if no interval is read."""
     before = _INTERVALS.set(False)
     try:
         yield
@@ -171,7 +171,7 @@ def without_intervals() -> Iterator[None]:
 
 
 def interval_over_people(person: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the 95 % interval (…) of the mean over people, from the values (R, …) of R walks.
+    """Return the 95 % confidence interval (…) of the mean over people, from values (R, …) of R walks.
 
     All walks of a person are drawn together; NaN for a single person.
     """
@@ -181,13 +181,13 @@ def interval_over_people(person: np.ndarray, values: np.ndarray) -> tuple[np.nda
 _GROUPS_AT_A_TIME = 128
 
 Statistic = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
-"""Function of values, clusters and weights, such as `bootstrap.weighted_means`."""
+"""Type of a function of values, clusters and weights that computes a statistic in each replicate."""
 
 
 def interval_over_clusters(
     labels: np.ndarray, values: np.ndarray, statistic: Statistic
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the 95 % interval (…) of a mean or median over rows (R, …), resampled by person or by clip.
+    """Return the 95 % confidence interval (…) of a mean or median over rows (R, …), resampled by person or clip.
 
     Parameters
     ----------
@@ -215,7 +215,7 @@ def interval_over_clusters(
 
 @lru_cache(maxsize=8)
 def _weights(clusters: int, seed: int = 0) -> np.ndarray:
-    """Return the count (B + L, C) of each cluster in each replicate, as floats.
+    """Return the number of copies (B + L, C) of each cluster in each bootstrap and jackknife replicate.
 
     Each of the last L replicates, at most `MAX_LEFT_OUT`, leaves out a cluster or a group of clusters.
     """
@@ -235,7 +235,7 @@ def aggregate(
     cluster: str = CLIP,
     count: str = "trials",
 ) -> pd.DataFrame:
-    """Return a table with one row per group: its number of rows, statistics of columns, and 95 % intervals.
+    """Return a table with a row for each group of rows: the number of rows, statistics of columns and 95 % intervals.
 
     Parameters
     ----------
@@ -272,7 +272,7 @@ def aggregate(
 def _ends(
     rows: pd.DataFrame, group: pd.Series, names: list[str], cluster: str, statistic: Statistic
 ) -> np.ndarray:
-    """Return the lower and upper ends (2, G, K) of the intervals of K columns in G groups of rows."""
+    """Return the limits (2, G, K) of confidence intervals for statistics of K columns in G groups of rows."""
     values = rows[names].to_numpy(dtype=float)
     labels, _ = pd.factorize(rows[cluster], sort=True)
     number = group.fillna(-1).to_numpy(dtype=int)  # rows that lack a label are in no group
@@ -295,7 +295,7 @@ def _ends(
 def _labels(
     name: str, rows: pd.DataFrame, kind: str, tables: Mapping[str, pd.DataFrame]
 ) -> tuple[np.ndarray, list[str]]:
-    """Return the index (n,) of each row's label in a list of labels, and that list, which may repeat labels."""
+    """Return the index (n,) of each row's person or clip in a list of names, and this list of names."""
     clips = tables.get(f"{name.split('/')[0]}/{INGEST}")
     codes, uniques = pd.factorize(rows[kind], use_na_sentinel=False)  # rows without a label get a number too
     names = [str(label) for label in uniques]
@@ -306,7 +306,7 @@ def _labels(
 
 
 def _rows_behind(name: str, tables: Mapping[str, pd.DataFrame]) -> tuple[str, pd.DataFrame]:
-    """Return the kind of a table's clusters, an empty string without clusters, and the rows to resample."""
+    """Return the name of the column that defines clusters, or an empty string, and the rows to resample."""
     stem = name if "/" in name else f"{name}/table"
     stem = stem.removesuffix("_people")
     for candidate in (f"{stem}_populations", f"{stem}_draws", f"{stem}_people", name):

@@ -1,4 +1,4 @@
-"""Selection of rows of published tables by an expression over columns, in one replicate or in many.
+"""Selection of table rows by an expression over the columns, also in bootstrap replicates.
 
 ``where: camera == 'still' and reconstructibility > 1`` selects rows: comparisons and arithmetic of columns, numbers and
 texts.  A mean drops no rows: a table without rows or with a value that is not finite gives NaN.
@@ -19,29 +19,29 @@ from pipeline.studies.replicated import Replicated
 from pipeline.validation import InvalidInput
 
 Table: TypeAlias = pd.DataFrame
-"""Table whose name for messages is ``attrs["name"]``; in replicates, a `Replicated` takes its place."""
+"""Published table, whose name for messages is ``attrs["name"]``."""
 
 Number: TypeAlias = float | np.ndarray
-"""Number, or array (B,) with its value in each replicate."""
+"""Float, or an array (B,) with the value in each bootstrap replicate."""
 
 Expression = NewType("Expression", str)
-"""Expression over the columns that is true for the selected rows; an empty string selects all rows."""
+"""Condition on the columns of a table that selects rows, such as ``camera == 'still'``; empty selects all rows."""
 
 _MAX_DENSE = 4_000_000
-"""Largest number of cells, clusters times groups, for which dense arrays are used instead of sparse ones."""
+"""Largest size of a dense array of clusters times groups; larger problems use sparse arrays."""
 
 ALL = Expression("")
-"""Expression that selects all rows."""
+"""Condition that selects all rows of a table."""
 
 _ALLOWED = (
     ast.Expression, ast.BoolOp, ast.And, ast.Or, ast.Compare, ast.Eq, ast.NotEq, ast.Lt, ast.LtE, ast.Gt, ast.GtE,
     ast.BinOp, ast.Add, ast.Sub, ast.Mult, ast.Div, ast.UnaryOp, ast.USub, ast.Name, ast.Load, ast.Constant, ast.Call,
 )  # fmt: skip
-"""Syntax that is allowed in an expression over columns; `abs` is the only function."""
+"""Python syntax that is allowed in a condition on table columns; the only function is `abs`."""
 
 
 def values(table: Table, column: str, where: str = "") -> np.ndarray:
-    """Return the entries of a column, float64, in the rows where an expression is true.
+    """Return the entries of a column as floats, from the rows where a condition is true.
 
     Entries that are not numbers become NaN.
 
@@ -56,7 +56,7 @@ def values(table: Table, column: str, where: str = "") -> np.ndarray:
 
 
 def holds(table: Table, expression: str) -> np.ndarray:
-    """Return a mask (n,) of the rows where an expression over columns is true; an empty expression is always true.
+    """Return a mask (n,) of the rows where a condition on the columns is true; an empty condition is always true.
 
     A comparison with NaN does not hold.
 
@@ -76,7 +76,7 @@ def holds(table: Table, expression: str) -> np.ndarray:
 
 
 def _require_alike(table: Table, expression: str) -> None:
-    """Raise InvalidInput if an expression compares strings with numbers; empty columns count as either."""
+    """Raise InvalidInput if a condition on table columns compares strings with numbers."""
 
     def is_text(node: ast.expr) -> bool | None:
         if isinstance(node, ast.Constant):
@@ -100,7 +100,7 @@ def _require_alike(table: Table, expression: str) -> None:
 
 def _not_alike(table: Table, expression: str) -> InvalidInput:
     return InvalidInput(
-        f"{expression!r} compares texts with numbers",
+        f"the condition {expression!r} compares texts with numbers",
         f"table {table.attrs.get('name', '')}".rstrip(),
         received=", ".join(f"{name}: {table[name].dtype}" for name in columns_of(expression)),
         code="mixed_types",
@@ -108,7 +108,7 @@ def _not_alike(table: Table, expression: str) -> InvalidInput:
 
 
 def columns_of(expression: str) -> list[str]:
-    """Return the names of the columns that an expression uses.
+    """Return the names of the table columns that a condition uses.
 
     Raises
     ------
@@ -124,14 +124,16 @@ def columns_of(expression: str) -> list[str]:
         nodes = list(ast.walk(ast.parse(expression, mode="eval")))
     except SyntaxError as error:
         raise InvalidInput(
-            f"{expression!r} is not an expression", received=error, code="invalid_expression"
+            f"the condition {expression!r} is not a valid expression",
+            received=error,
+            code="invalid_expression",
         ) from error
     functions = [node.func for node in nodes if isinstance(node, ast.Call)]
     if not all(isinstance(node, _ALLOWED) for node in nodes) or any(
         not (isinstance(function, ast.Name) and function.id == "abs") for function in functions
     ):
         raise InvalidInput(
-            f"{expression!r} is not allowed",
+            f"the condition {expression!r} contains an operation that is not allowed",
             expected="comparisons and arithmetic of columns, numbers and texts",
             code="forbidden_expression",
         )
@@ -140,7 +142,7 @@ def columns_of(expression: str) -> list[str]:
 
 
 def require_columns(table: Table, *columns: str) -> None:
-    """Raise InvalidInput if a table lacks one of the given columns."""
+    """Raise InvalidInput if a table lacks one of the required columns."""
     for column in columns:
         if column not in table.columns:
             raise InvalidInput(
@@ -153,13 +155,13 @@ def require_columns(table: Table, *columns: str) -> None:
 
 
 def whole(numbers: np.ndarray) -> bool:
-    """Return True if an array has at least one value and all its values are finite."""
+    """Return True if an array is not empty and all its values are finite."""
     return bool(numbers.size and np.isfinite(numbers).all())
 
 
 @dataclass(frozen=True)
 class Rows:
-    """Selected rows of a table, with their weights in B replicates; B is 1 for a plain table.
+    """Selected rows of a table with weights in B bootstrap replicates; B is 1 without replicates.
 
     Attributes
     ----------
@@ -176,28 +178,28 @@ class Rows:
     plain: bool
 
     def number(self, result: np.ndarray) -> Number:
-        """Return a result (B,) as a float for a plain table, otherwise unchanged."""
+        """Return the results (B,) of all replicates, or a float if the table has no replicates."""
         return float(result[0]) if self.plain else result
 
     @property
     def no_number(self) -> Number:
-        """NaN in every replicate, or a single NaN for a plain table."""
+        """NaN for every replicate, or a single NaN if the table has no replicates."""
         return self.number(np.full(len(self.weights), np.nan))
 
     def where(self, mask: np.ndarray) -> Rows:
-        """Return the rows that a mask (n,) selects."""
+        """Return the rows of this selection for which a mask (n,) is true."""
         return Rows(self.frame[mask], self.cluster[mask], self.weights, self.plain)
 
     def mean(self, numbers: np.ndarray) -> np.ndarray:
-        """Mean (B, …) of values (n, …) in each replicate."""
+        """Weighted mean (B, …) of values (n, …) in each of B bootstrap replicates."""
         return bootstrap.weighted_means(numbers, self.cluster, self.weights)
 
     def median(self, numbers: np.ndarray) -> np.ndarray:
-        """Median (B,) of values (n,) in each replicate."""
+        """Weighted median (B,) of values (n,) in each of B bootstrap replicates."""
         return bootstrap.weighted_medians(numbers, self.cluster, self.weights)
 
     def deviation(self, numbers: np.ndarray) -> np.ndarray:
-        """Standard deviation (B,) of values (n,) in each replicate, divisor n - 1; NaN for a single value."""
+        """Standard deviation (B,), divisor n - 1, of values (n,) in each replicate; NaN for a single value."""
         count = self.weights @ np.bincount(self.cluster, minlength=self.weights.shape[1])
         deviations = numbers - numbers.mean()  # against cancellation
         square = np.maximum(self.mean(deviations**2) - self.mean(deviations) ** 2, 0.0)
@@ -205,7 +207,7 @@ class Rows:
             return np.sqrt(square * count / np.where(count > 1, count - 1.0, np.nan))
 
     def largest(self, numbers: np.ndarray) -> np.ndarray:
-        """Largest of the values (n,) in each of B bootstrap replicates, shape (B,)."""
+        """Largest of the values (n,) in each of B bootstrap replicates."""
         top = np.full(self.weights.shape[1], -np.inf)
         np.maximum.at(top, self.cluster, numbers)
         result = np.where(self.weights > 0, top, -np.inf).max(axis=1)
@@ -214,7 +216,7 @@ class Rows:
     def group_means(
         self, numbers: np.ndarray, group: np.ndarray, groups: int
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Mean of values (n,) in each group, and number of rows, both (B, groups), for group indices (n,)."""
+        """Mean of the values (n,) in each group of rows and replicate, and number of rows, both (B, groups)."""
         shape, at = (self.weights.shape[1], groups), (self.cluster, group)
         if shape[0] * groups > _MAX_DENSE:  # very many people, each a group
             total, rows = (
@@ -230,7 +232,7 @@ class Rows:
 
 
 def rows_of(table: Table | Replicated, where: str = "") -> Rows:
-    """Return the rows of a table, plain or in replicates, where an expression is true."""
+    """Return those rows of a table, with or without replicates, for which a condition is true."""
     if isinstance(table, Replicated):
         mask = holds(table.frame, where) if where else slice(None)  # no copy of all rows
         return Rows(table.frame[mask], table.cluster[mask], table.weights, plain=False)
@@ -239,5 +241,5 @@ def rows_of(table: Table | Replicated, where: str = "") -> Rows:
 
 
 def as_number(result: np.ndarray) -> Number:
-    """Return a scalar as float, and an array of replicates as an array."""
+    """Return a scalar as a float; return an array of replicates as an array."""
     return float(result) if np.ndim(result) == 0 else np.asarray(result)

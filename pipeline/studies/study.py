@@ -1,4 +1,4 @@
-"""Base classes for the options of a study; their methods compute the stages.
+"""Base classes for the options of a study, whose methods compute the stages of an experiment.
 
 A study (walks, actions, limbs, …) is a folder next to this file.  Its options are plain dataclasses:
 ``sweep.trials=10`` on the command line sets the field `trials` of the `Sweep`.  The stage of the same name calls the
@@ -61,14 +61,14 @@ ClipsT = TypeVar("ClipsT")
 DatasetT = TypeVar("DatasetT")
 ModelT = TypeVar("ModelT")
 Tables: TypeAlias = "dict[str, pd.DataFrame]"
-"""Tables of a figure, by file name without suffix."""
+"""Tables of a figure, by file name without extension."""
 
 MAX_VALUES = 100_000
-"""Largest number of values in a grid."""
+"""Largest number of values in an equally spaced grid."""
 
 
 class Grid(Options):
-    """Equally spaced values from `start` to `stop`; `stop` is included if it is a whole number of steps away.
+    """Equally spaced values from `start` to at most `stop`, at a distance of `step`.
 
     Examples
     --------
@@ -81,7 +81,7 @@ class Grid(Options):
     step: Positive  # distance between values
 
     def values(self, name: str) -> np.ndarray:
-        """Return the values (N,), float64.  Raises InvalidInput if an option is out of range."""
+        """Return the values (N,) of the grid. Raises InvalidInput if `start`, `stop` or `step` is out of range."""
         require_bounds(name, self)
         require_range(f"{name}.stop", self.stop, above=self.start)
         count = np.floor((self.stop - self.start) / self.step + 1e-9) + 1
@@ -90,11 +90,11 @@ class Grid(Options):
 
 
 Swept = Annotated[Grid, lambda name, grid: grid.values(name)]
-"""Grid that is validated by computing its values."""
+"""Option type of a grid, which is validated by computing its values."""
 
 
 def scaled(**fields: str | float | Mapping[str, float]) -> Any:
-    """Return a dataclass field whose default depends on the scale.
+    """Return a dataclass field whose default value depends on the scale of the run.
 
     Parameters
     ----------
@@ -112,14 +112,14 @@ def scaled(**fields: str | float | Mapping[str, float]) -> Any:
 
 
 class Represents(Protocol):
-    """Dataset options that allow samples to be computed one clip at a time, while clips are streamed."""
+    """Dataset options with which clips are represented one by one, so that joint positions need not be stored."""
 
     def represent(self, streaming: Callable[[Reducer], tuple[Any, list[Any]]], /) -> Any:
-        """Return the clips with their samples; the joint positions of the clips have been discarded."""
+        """Return the clips with their samples but without their joint positions."""
 
 
 class Dataset(Options, ABC):
-    """Options of the dataset stage: how samples are computed from clips."""
+    """Options of the dataset stage, which computes samples from clips."""
 
     corpus: ClassVar[Corpus]
     """Kind of clips from which the samples are computed."""
@@ -129,21 +129,21 @@ class Dataset(Options, ABC):
         require_bounds("dataset", self)
 
     def shared(self) -> Represents | None:
-        """Return dataset options whose streamed samples this dataset can use; None if clips must be stored."""
+        """Return dataset options with which clips are represented one by one; None if clips must be stored."""
         return None
 
     @abstractmethod
     def build(self, clips: Any, *, workers: int) -> Any:
-        """Return the samples, a frozen dataclass whose fields include `clip`, `source` and `words`."""
+        """Return the samples as a frozen dataclass, with clip names, data sources and a description in words."""
 
 
 class Model(Options, ABC):
     """Options of the model stage, which learns from the samples."""
 
     dataset: ClassVar[type[Dataset]]
-    """Class of the dataset from which the model is learnt."""
+    """Class of the dataset options from whose samples the model is learnt."""
     published: ClassVar[bool] = False
-    """True if ``arrays.npz`` contains the model in addition to the results of the sweep."""
+    """True if the model is published in ``arrays.npz``, next to the results of the sweep."""
 
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
@@ -151,12 +151,12 @@ class Model(Options, ABC):
 
     @abstractmethod
     def learn(self, dataset: Any, *, workers: int) -> Any:
-        """Return the model, a frozen dataclass whose fields include `words`."""
+        """Return the model as a frozen dataclass, with a description in words."""
 
 
 @dataclass(frozen=True)
 class SweepInputs(Generic[ClipsT, DatasetT, ModelT]):
-    """Inputs of a sweep.
+    """Inputs from which a sweep is computed: clips, dataset, model, options and seed.
 
     Attributes
     ----------
@@ -180,19 +180,19 @@ class SweepInputs(Generic[ClipsT, DatasetT, ModelT]):
     files: Mapping[str, Path] = field(default_factory=dict)
 
     def generator(self, purpose: str = "sweep") -> np.random.Generator:
-        """Return the random generator of this sweep, or of one purpose within the sweep."""
+        """Return the random generator for a sweep, or for one purpose within the sweep."""
         return derive_generator(self.seed, purpose)
 
 
 class Sweep(Options, ABC):
-    """Options of the sweep stage, which measures every fold at each value of the swept quantity."""
+    """Options of the sweep stage, which measures results for each value of a varied quantity."""
 
     draws_random_numbers: ClassVar[bool] = False
-    """True if the result depends on the seed."""
+    """True if the result of the sweep depends on the random seed."""
 
     @property
     def reads_clips(self) -> bool:
-        """True if `measure` reads the clips in addition to the dataset and the model."""
+        """True if the sweep reads the clips, in addition to the dataset and the model."""
         return False
 
     def validate(self) -> None:
@@ -200,11 +200,11 @@ class Sweep(Options, ABC):
         require_bounds("sweep", self)
 
     def modules(self) -> list[str]:
-        """Return further modules that compute the result, such as the modules of the selected methods."""
+        """Return the names of further modules on which the result depends, such as those of selected methods."""
         return []
 
     def further_files(self, data: Data) -> dict[str, Path]:
-        """Return the other files that `measure` reads, by name; their content is part of the cache key.
+        """Return the data files that the sweep reads, by name; their contents are part of the cache key.
 
         Raises
         ------
@@ -214,56 +214,56 @@ class Sweep(Options, ABC):
         return {}
 
     def with_methods(self, names: Sequence[str]) -> Sweep:
-        """Return a copy of the sweep that also compares the named methods, where the sweep supports them."""
+        """Return a copy of the sweep in which the named methods are compared too, if the sweep compares methods."""
         return self
 
     def of_populations(self) -> Sweep:
-        """Return the sweep that is run on further populations; it may measure less than this sweep."""
+        """Return the sweep for additional synthetic populations, which may measure less than this sweep."""
         return self
 
     def population_parts(self) -> list[Sweep]:
-        """Return the sweeps into which the measurement of a further population is divided.
+        """Return the sweeps that together measure one additional synthetic population.
 
         Figures that need fewer measurements run only the first sweeps.
         """
         return [self.of_populations()]
 
     def joined(self, parts: Sequence[Any]) -> Any:
-        """Join the partial results into the measurements of one additional population."""
+        """Return the measurements of one additional synthetic population, joined from those of its parts."""
         return parts[0]
 
     @abstractmethod
     def measure(self, inputs: SweepInputs) -> Any:
-        """Return the measurements as a frozen dataclass."""
+        """Return the measurements of the sweep as a frozen dataclass."""
 
 
 def stack(parts: Sequence[Any]) -> Any:
-    """Return a dataclass whose arrays are those of several dataclasses, stacked along a new first axis."""
+    """Return a dataclass with the arrays of several dataclasses, stacked along a new first axis."""
     kind = type(parts[0])
     return kind(**{f.name: np.stack([getattr(part, f.name) for part in parts]) for f in fields(kind)})
 
 
 def part(stacked: Any, number: int) -> Any:
-    """Return one of the dataclasses that `stack` has joined."""
+    """Return a dataclass with the arrays at one index of the first axis, the inverse of `stack`."""
     return type(stacked)(**{f.name: getattr(stacked, f.name)[number] for f in fields(stacked)})
 
 
 @dataclass(frozen=True)
 class NoResult:
-    """Empty result of `NoSweep`."""
+    """Empty result of the sweep stage, for a figure that has no sweep."""
 
 
 class NoSweep(Sweep):
     """Options of a figure that shows the model itself and has no sweep."""
 
     def measure(self, inputs: SweepInputs) -> NoResult:
-        """Return an empty result."""
+        """Return an empty result, because the figure has no sweep."""
         return NoResult()
 
 
 @dataclass(frozen=True)
 class Traits:
-    """Properties of a figure that other stages need, such as its timeline.
+    """Properties of a figure that other stages read, such as the timeline of its recording.
 
     Attributes
     ----------
@@ -296,7 +296,7 @@ class Traits:
 
 
 class Format(StrEnum):
-    """File formats of a picture."""
+    """File formats in which a picture can be written."""
 
     svg = "svg"
     png = "png"
@@ -310,11 +310,11 @@ class Figure(Options, ABC):
     """
 
     model: ClassVar[type[Model]]
-    """Class of the model that the figure uses."""
+    """Class of the model options that the figure requires."""
     sweep: ClassVar[Any] = Sweep
-    """Class of the sweep that the figure uses."""
+    """Class of the sweep options that the figure requires."""
     traits: ClassVar[Traits] = Traits()
-    """Properties of the figure that other stages need."""
+    """Properties of the figure that other stages read."""
 
     picture: bool = True  # draw the picture
     recording: bool = True  # write the Rerun recording
@@ -329,7 +329,7 @@ class Figure(Options, ABC):
     panels: list[str] = []  # letters of the panels that are drawn; empty: all
 
     def marks(self, experiment: Any) -> bool:
-        """Return True if the charts mark the values published in the paper."""
+        """Return True if the charts show the values that the paper published."""
         return not experiment.data.of_user if self.references is None else self.references
 
     @property
@@ -339,45 +339,49 @@ class Figure(Options, ABC):
         return {"formats": formats, "width_mm": self.width_mm, "dpi": self.dpi, "panels": self.panels}
 
     def validate(self, experiment: Any) -> None:
-        """Validate the options, alone and with the rest of the experiment.  Raises InvalidInput if they do not fit."""
+        """Validate the options, alone and with those of other stages. Raises InvalidInput if one does not fit."""
         require_bounds("figure", self)
         if self.panels and type(self).draw is not Figure.draw:
-            raise InvalidInput("this picture has no panels to choose from", "figure.panels", code="no_panels")
+            raise InvalidInput(
+                "the picture of this figure has no panels that can be selected",
+                "figure.panels",
+                code="no_panels",
+            )
 
     @abstractmethod
     def tables(self, inputs: Any) -> Tables:
-        """Return the tables by file name without suffix: ``table`` and ``table_…``, with sorted rows."""
+        """Return the tables of the figure by file name: ``table`` and ``table_…``, with sorted rows."""
 
     def arrays(self, inputs: Any) -> dict[str, np.ndarray]:
-        """Return additional arrays for ``arrays.npz``, which the report reads; by default none."""
+        """Return arrays that the report needs in ``arrays.npz``, in addition to the results; by default none."""
         return {}
 
     def charts(self, inputs: Any, tables: Tables) -> Sheet:
-        """Return the charts of the tables for the picture, the recording and the page; by default none."""
+        """Return the charts of the figure for the picture, the recording and the page; by default none."""
         return Sheet()
 
     def draw(self, inputs: Any, tables: Tables, picture: Picture) -> None:
-        """Draw the picture; by default, it contains the charts."""
+        """Draw the picture of the figure; by default, it contains the charts."""
         picture.charts()
 
     def draws_more_than(self, sheet: Sheet) -> bool:
-        """Return True if the picture contains more than the charts on the page."""
+        """Return True if the picture shows something that the charts on the page do not show."""
         overrides = type(self).draw is not Figure.draw
         return overrides or any(chart.picture and not chart.page for chart in sheet.charts)
 
     def record(self, inputs: Any, tables: Tables, begin: Recorder) -> None:
-        """Write the recording; by default, it shows the charts over the timeline of the figure's traits."""
+        """Write the recording of the figure; by default, it shows the charts."""
         with begin(timeline=self.traits.timeline) as recording:
             recording.blueprint(Columns(Rows(*recording.plots), Notes(), shares=(2, 1)))
 
     def check_sequence(self, sweep: Sweep) -> None:
-        """Raise InvalidInput if the grid on the recording's timeline does not consist of whole numbers."""
+        """Raise InvalidInput if the grid that is the recording's timeline has values that are not whole numbers."""
         name = self.traits.sequence
         grid = getattr(sweep, name, None) if name else None
         if self.recording and isinstance(grid, Grid) and (grid.start % 1 or grid.step % 1):
             raise InvalidInput(
-                "start and step must be whole numbers, since they are the recording's timeline;"
-                " figure.recording=false leaves it out",
+                "start and step must be whole numbers, because the values are the timeline of the recording;"
+                " figure.recording=false omits the recording",
                 f"sweep.{name}",
                 received=f"start {grid.start:g}, step {grid.step:g}",
                 code="not_whole",
@@ -387,7 +391,7 @@ class Figure(Options, ABC):
 
 
 def stacked(parts: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
-    """Return the rows of several parts as one table.
+    """Return one table with the rows of several mappings from column names to entries.
 
     A column of a part is an array, or a single value for all rows of the part.
 
@@ -414,7 +418,7 @@ def stacked(parts: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
 
 @dataclass(frozen=True)
 class Study:
-    """Study, a group of option classes with command-line names.
+    """Study: option classes for datasets, models, sweeps and figures, by their command-line names.
 
     Attributes
     ----------

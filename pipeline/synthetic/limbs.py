@@ -33,7 +33,7 @@ HIP_HEIGHT = SEGMENTS["thigh"] + SEGMENTS["shank"] + SEGMENTS["ankle_height"]
 """Height of the pelvis above the floor, as a fraction of stature."""
 
 MAX_SWING_RAD = 1.5
-"""Largest swing of an angle; a larger one would take the inclination to the pole of its spherical coordinates."""
+"""Largest swing of a direction angle, radians; a larger swing would reach the pole of spherical coordinates."""
 
 REST_DIRECTIONS = {
     "sternum": (0.0, 0.0, 1.0),
@@ -45,16 +45,16 @@ REST_DIRECTIONS = {
     "knee": (0.0, 0.15, -1.0),
     "ankle": (0.0, -0.15, -1.0),
 }
-"""Mean direction of the right-hand limb that ends at each joint, for a body that faces +y."""
+"""Mean direction of the limb that ends at each joint, for the right side of a body that faces +y."""
 
 SWINGS_RAD = {"sternum": 0.2, "head": 0.2, "shoulder": 0.25, "hip": 0.2}
-"""Largest swing of the direction angles of the limbs of the trunk."""
+"""Largest swing, radians, of the direction angles of the trunk's limbs."""
 
 SWING_RAD = 0.6
-"""Largest swing of the direction angles of the limbs of arms and legs."""
+"""Largest swing, radians, of the direction angles of the limbs of arms and legs."""
 
 WANDER_MM = 400.0
-"""Largest horizontal displacement of the pelvis in x and in y; the vertical displacement is a tenth of it."""
+"""Largest displacement of the pelvis in x and in y, mm; the vertical displacement is a tenth of this value."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class AngularLimb:
 
 @shortened
 class SyntheticBody:
-    """Synthetic body with the limbs of WALKER14, which move smoothly.
+    """Synthetic body of 14 limbs of constant length, which move smoothly.
 
     Attributes
     ----------
@@ -100,7 +100,7 @@ class SyntheticBody:
 
 
 def smooth_series(generator: np.random.Generator, frames: int, count: int, *, bandwidth: int) -> np.ndarray:
-    """Draw random series (F, count) in the span of the first K orthonormal cosines.
+    """Draw random smooth series (F, count), which are combinations of the first K cosines.
 
     Each series has mean zero and largest magnitude one.
 
@@ -133,7 +133,7 @@ def angular_limb(
     bandwidth: int = 3,
     middle: np.ndarray | None = None,
 ) -> AngularLimb:
-    """Draw a limb of constant length whose direction angles lie in a cosine basis [park2011 3].
+    """Draw a limb of constant length whose direction angles are combinations of cosines [park2011 3].
 
     Parameters
     ----------
@@ -180,7 +180,7 @@ def synthetic_body(
     stature_mm: float = 1700.0,
     bandwidth: int = 5,
 ) -> SyntheticBody:
-    """Draw a body with mean proportions, limbs from `angular_limb` and a moving pelvis [park2011 3].
+    """Draw a body with mean proportions, smoothly moving limbs and a moving pelvis [park2011 3].
 
     Parameters
     ----------
@@ -214,7 +214,7 @@ def synthetic_body(
 
 
 def _chart(towards: np.ndarray, twist_rad: float) -> np.ndarray:
-    """Return three orthonormal axes as rows: the first along `towards`, the other two rotated about it."""
+    """Return three orthonormal axes as rows: the first along `towards`, the others rotated about it by an angle."""
     size = np.linalg.norm(towards) if towards.shape == (3,) else np.nan
     if not 0.0 < size < np.inf:
         raise InvalidInput(

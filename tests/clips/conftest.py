@@ -1,4 +1,4 @@
-"""Recordings of their own for tests of clips: bending to the floor, with joints lost here and there."""
+"""Recordings for tests of clips: bending to the floor, with missing joints in some frames."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pipeline.synthetic import bending
 
 @pytest.fixture(scope="session")
 def bends(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Four performances as files, at 60 Hz; one has lost the head in its middle, another its first frames."""
+    """Folder of four performances at 60 Hz; one lacks the head in the middle, another a wrist at the start."""
     folder = tmp_path_factory.mktemp("bends")
     output = bending.bending_performances(
         np.random.default_rng(5), performances=4, subjects=2, frames_mean=90, frame_rate_hz=60.0

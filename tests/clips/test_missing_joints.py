@@ -1,4 +1,4 @@
-"""Joints that the markers do not give: estimated from the others, flagged, without errors of their own."""
+"""Tests of missing joints: they are estimated from other joints, marked as estimates, and have no errors."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ HZ = 40.0
 
 @pytest.fixture(scope="module")
 def people() -> np.ndarray:
-    """Walks that the model has not seen, (4, T, 15, 3)."""
+    """Walks (4, T, 15, 3) of people who are not in the model of missing joints."""
     output = walkers.walking_population(
         np.random.default_rng(5), male=2, female=2, duration_s=3.0, frame_rate_hz=HZ
     )
@@ -77,7 +77,7 @@ def test_legs_are_never_estimated(people: np.ndarray) -> None:
 
 @pytest.fixture(scope="module")
 def folder(people: np.ndarray, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Four people, one without a head."""
+    """Folder of the walks of four people, one without a head."""
     path = tmp_path_factory.mktemp("walks")
     for k, walk in enumerate(people):
         joints = [j for j in range(15) if j or k]

@@ -1,4 +1,4 @@
-"""Copies of a recording under other names, however disguised, bear a remark and earn no verdict."""
+"""Test that copies of a recording under other names cause a remark and prevent verdicts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Performances of one action: the cuts, the rejected recordings and the reasons."""
+"""Tests of performances of one action: cuts, rejected recordings and their reasons."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from tests.rejects import rejects
 
 
 def performances(folder: Path, **options: Any) -> Performances:
-    """Performances in a folder of files."""
+    """Return the performances in a folder of files."""
     data = FolderData(name="folder", path=str(folder), **options)
     output = data.request(PERFORMANCES, Skeleton(), 1, 2).make()
     assert isinstance(output, Performances)

@@ -1,4 +1,4 @@
-"""Clips of varied motion: the longest stretch of each recording, and synthetic ones in turn."""
+"""Tests of clips of varied motion: the longest part of each recording, and the kinds of synthetic clips."""
 
 from __future__ import annotations
 

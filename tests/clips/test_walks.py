@@ -1,4 +1,4 @@
-"""Steady walks: of the embedded population, and of recordings that are kept or rejected with a reason."""
+"""Tests of steady walks: synthetic walks, and recordings that are used or rejected with a reason."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from pipeline.validation import InvalidInput
 
 
 def assert_consistent(walks: Walks) -> None:
-    """Arrays, report and motions are of the same walks."""
+    """Assert that arrays, report and motions describe the same walks."""
     retained = [row for row in walks.report if row["verdict"] == "kept"]
     assert [row["clip"] for row in retained] == list(walks.clip)
     assert all(tuple(row) == (*REPORT_COLUMNS, "code", "values") for row in walks.report)
@@ -92,7 +92,7 @@ def test_the_same_points_under_two_names_are_refused_naming_both(tmp_path: Path)
 
 
 def with_noise(joint: str, noise_mm: float) -> np.ndarray:
-    """Return a walk (T, 15, 3) at 60 Hz with one badly tracked joint."""
+    """Return a walk (T, 15, 3), mm, at 60 Hz, with noise on one joint."""
     output = walking_population(
         np.random.default_rng(2), male=1, female=0, duration_s=5.0, frame_rate_hz=60.0
     )
@@ -106,7 +106,7 @@ def steady(motion: np.ndarray, **options: float) -> PreparedClip:
 
 
 def bent(motion: np.ndarray, lower_mm: float) -> np.ndarray:
-    """A walk with hips and what is above them lowered: knees bend forward, thighs and shanks keep their lengths."""
+    """Return a walk with the body lowered over bent knees, so that thighs and shanks keep their lengths."""
     crouched = motion.copy()
     hips, knees, ankles = ([9, 12], [10, 13], [11, 14])
     crouched[:, [j for j in range(15) if j not in (*knees, *ankles)], 2] -= lower_mm

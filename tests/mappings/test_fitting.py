@@ -1,4 +1,4 @@
-"""Which family a recording belongs to, its unit, and a proposal where it belongs to none."""
+"""Tests of the mapping and the unit that are found for a recording, and of proposed mappings."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ SIDE = [0, 0, -180, -250, -270, 180, 250, 270, 0, -90, -90, -90, 90, 90, 90]
 
 
 def body(names: dict[str, str]) -> MotionCapture:
-    """Return an upright person, whose points are joints under other names."""
+    """Return a recording of an upright person whose points have the given names for joints."""
     joints = [WALKER15.index(joint) for joint in names]
     positions = np.array([[SIDE[j], 0.0, HEIGHT[j]] for j in joints])[None].repeat(5, axis=0)
     valid = np.ones(positions.shape[:2], dtype=bool)
@@ -40,7 +40,7 @@ def named(pattern: str, words: dict[str, str]) -> MotionCapture:
 
 
 def with_points(motion: MotionCapture, *names: str) -> MotionCapture:
-    """With further points, on the floor."""
+    """Return the recording with additional points on the floor."""
     count = len(names)
     return dataclasses.replace(
         motion,
@@ -51,13 +51,13 @@ def with_points(motion: MotionCapture, *names: str) -> MotionCapture:
 
 
 def renamed(motion: MotionCapture, middle: str) -> MotionCapture:
-    """With the points of the middle, the last three, in small letters and by another pattern."""
+    """Return the recording with the last three points renamed by a pattern, in lower case."""
     last = [middle.format(name.lower()) for name in motion.names[-3:]]
     return dataclasses.replace(motion, names=(*motion.names[:-3], *last))
 
 
 def behind(beginning: str, motion: MotionCapture) -> MotionCapture:
-    """The same points, all of whose names begin alike."""
+    """Return the recording with the same beginning in front of each point name."""
     return dataclasses.replace(motion, names=tuple(beginning + name for name in motion.names))
 
 
@@ -421,7 +421,7 @@ def test_without_a_shoulder_marker_shoulders_are_missing_and_no_others() -> None
 
 
 def placed(points: list[str]) -> MotionCapture:
-    """Points of these names, those of pelvis above those of ankles."""
+    """Return a recording of named points, with points of the pelvis above points of the ankles."""
     low = [0.0 if any(word in point.upper() for word in ("AN", "MED", "MAL")) else 900.0 for point in points]
     positions = np.array([[40.0 * k, 10.0 * (k % 3), z] for k, z in enumerate(low)])[None].repeat(3, axis=0)
     valid = np.ones(positions.shape[:2], dtype=bool)

@@ -1,4 +1,4 @@
-"""Several people in one recording: distinguished by names, one of them chosen, other cases rejected in a sentence."""
+"""Tests of several people in one recording: they are separated by name, and one of them is selected."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ BOTH = np.concatenate([FIRST, SECOND], axis=1)
 
 
 def two(named: Callable[[str, str], str], who: Sequence[str] = ("anna", "ben")) -> MotionCapture:
-    """Return two people standing next to each other, their points named by the function."""
+    """Return a recording of two people next to each other, with point names from a function."""
     return recording(tuple(named(first, joint) for first in who for joint in JOINTS), BOTH)
 
 
@@ -151,7 +151,7 @@ def test_files_of_two_people(name: str, tmp_path: Path) -> None:
 
 
 def xsens(who: Sequence[str]) -> str:
-    """Return an MVNX file of two subjects with legs and two vertebrae."""
+    """Return the text of an MVNX file of two subjects, with legs and two vertebrae."""
     segments = {
         "LeftUpperLeg": 9, "LeftLowerLeg": 10, "LeftFoot": 11, "RightUpperLeg": 12, "RightLowerLeg": 13,
         "RightFoot": 14, "Pelvis": 8, "L5": 8, "T8": 1,

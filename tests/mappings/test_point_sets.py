@@ -1,4 +1,4 @@
-"""Point sets of other programs, by their names: the points behind each joint."""
+"""Tests of the point sets of other programs: the points from which each joint is computed."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _CENTRES = [f"{side}{joint}" for joint in ("FEP", "FEO", "TIO", "CLO", "HUO", "R
 
 
 def behind(names: list[str], joint: str) -> set[str]:
-    """Names of the points that give a joint, by the best shipped mapping."""
+    """Return the names of the points that define a joint in the best mapping of the package."""
     positions = np.random.default_rng(1).normal(0.0, 300.0, (2, len(names), 3))
     motion = MotionCapture(tuple(names), positions, np.ones(positions.shape[:2], bool), 100.0, "mm")
     fit = mappings.suggest(motion, list(mappings.shipped().values()))

@@ -1,4 +1,4 @@
-"""The check of a mapping by names and rules: rules that no person fits are named, those that ship have none."""
+"""Tests of the anatomical check of mappings: wrong rules are reported, and the package's mappings are correct."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ LEGS: dict[str, Rule] = {
 
 
 def named(names: list[str]) -> MotionCapture:
-    """A recording of points without coordinates that mean anything."""
+    """Return a recording of named points whose coordinates are all zero."""
     return MotionCapture(
         tuple(names), np.zeros((2, len(names), 3)), np.ones((2, len(names)), bool), 100.0, "mm"
     )
 
 
 def codes_and_joints(names: list[str], **rules: Rule) -> list[tuple[str, tuple[str, ...]]]:
-    """Return codes of complaints and the joints that they name; legs are by trochanters unless a rule differs."""
+    """Return code and joints of each complaint about a mapping, with legs by trochanters unless a rule differs."""
     mapping = SourceMapping(name="lab", joints=LEGS | rules)
     return [(complaint.code, complaint.where) for complaint in mappings.check(named(names), mapping)]
 

@@ -1,4 +1,4 @@
-"""Mappings as data: the slips of whoever writes one, each refused in a sentence with its line; nothing is run."""
+"""Tests of mapping files: each mistake is rejected in a sentence with its line, and no code in a file is run."""
 
 from __future__ import annotations
 

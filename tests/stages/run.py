@@ -1,4 +1,4 @@
-"""The four stages before the figure, for one experiment."""
+"""Functions for tests that run the four stages of an experiment before the figure."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pipeline.studies.experiment import Experiment
 
 
 class Stages(NamedTuple):
-    """Results of the stages."""
+    """Results of the four stages of an experiment before the figure."""
 
     clips: Any
     dataset: Any
@@ -22,7 +22,7 @@ class Stages(NamedTuple):
 
 
 def smoke(figure: str, *overrides: str, data: Data | None = None) -> Experiment:
-    """An experiment at smoke scale, on data of its own if there are any; validated."""
+    """Return a validated experiment at smoke scale, with another data set if one is given."""
     experiment = compose(["scale=smoke", f"experiment={figure}", *overrides])
     if data is not None:
         experiment.data = data
@@ -31,10 +31,10 @@ def smoke(figure: str, *overrides: str, data: Data | None = None) -> Experiment:
 
 
 def stored_stages(experiment: Experiment, store: Store) -> tuple[Stored[Any], ...]:
-    """Run the stages; return the stored result of each, with its key."""
+    """Run the four stages, and return the stored result of each stage with its key."""
     return chain.run(experiment, store)
 
 
 def stages(experiment: Experiment, store: Store) -> Stages:
-    """Run the stages; return their results."""
+    """Run the four stages, and return their results."""
     return Stages(*(retained.value for retained in stored_stages(experiment, store)))

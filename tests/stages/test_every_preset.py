@@ -1,4 +1,4 @@
-"""Every preset at smoke scale leaves exactly what is golden: files, columns, manifest, picture, recording."""
+"""Tests of every preset at smoke scale: files, columns, manifest, picture and recording equal the golden ones."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ from tests.contents import GOLDEN, columns_of, contents, golden
 from tests.recordings import reading, viewer
 
 WALKERS, VIEWS = 12, 13
-"""Numbers of walkers and views of the smoke scale."""
+"""Numbers of walkers and of views at smoke scale."""
 
 COMPARES_LABORATORIES = "keypoints_laboratories"
-"""Figure that is drawn for two laboratories or more; synthetic people have one."""
+"""Figure that needs two laboratories; synthetic walkers are from one laboratory."""
 
 ABSCISSA = {"zhang2007_fig3": "sigma2_mm2"} | dict.fromkeys(
     ("zhang2004_fig4", "zhang2004_fig5", "zhang2007_fig5", "zhang2007_fig6"), "view_angle_deg"
@@ -42,7 +42,7 @@ ABSCISSA = {"zhang2007_fig3": "sigma2_mm2"} | dict.fromkeys(
 
 @pytest.fixture(params=presets())
 def folder(request: pytest.FixtureRequest, smoke_results: Path) -> Path:
-    """One figure's folder."""
+    """Folder of the figure of one preset."""
     return smoke_results / "synthetic" / "smoke" / str(request.param)
 
 
@@ -57,7 +57,7 @@ def test_the_files_are_those_that_are_golden_and_as_they_were_sealed(folder: Pat
 
 
 def test_tables_and_recording_hold_what_is_golden(folder: Path) -> None:
-    """Rows, columns and entities; `make golden FIGURE=…` renews them."""
+    """Rows, columns and recorded entities equal the golden ones, which `make golden FIGURE=…` renews."""
     assert contents(folder) == golden(folder.name)
 
 
@@ -87,7 +87,7 @@ def test_the_players_of_the_page_find_what_the_figures_hold(smoke_results: Path)
 
 @functools.cache
 def purpose(figure: str) -> str:
-    """Return the corpus of a figure."""
+    """Return the kind of clips from which a figure is computed."""
     return compose([f"experiment={figure}"]).dataset.corpus.name
 
 
@@ -190,7 +190,7 @@ def test_the_recording_is_whole_and_says_what_it_is(folder: Path) -> None:
 
 
 def test_the_recordings_curves_are_the_tables(folder: Path) -> None:
-    """Compare each series in charts of a figure whose first table is over the recording's timeline."""
+    """Curves in the recording equal the columns of the first table, if both have the same abscissa."""
     timeline, path = ABSCISSA.get(folder.name), folder / "recording.rrd"
     if timeline is None:
         return
@@ -214,7 +214,7 @@ def test_the_recordings_curves_are_the_tables(folder: Path) -> None:
 
 
 def test_the_smoke_table_is_the_golden_one(folder: Path) -> None:
-    """Changed numbers need `make golden` and a line under "Scientific changes"; `make digits` says how many hold."""
+    """The table equals the golden table; changed numbers need `make golden` and a line under "Scientific changes"."""
     relative = golden_digits.read_tolerances().get((folder.name, "table"), golden_digits.LEAST)
     assert tables.compare(GOLDEN / f"{folder.name}.csv", folder / "table.csv", relative=relative) == []
 

@@ -1,4 +1,4 @@
-"""Synthetic figures show the population whose error is the median one, within the range of all."""
+"""Tests of the displayed synthetic population: its error is the median, within the range of all populations."""
 
 from __future__ import annotations
 

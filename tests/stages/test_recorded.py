@@ -1,4 +1,4 @@
-"""The public recordings, where they are: every clip with a verdict, no person on both sides of a fold."""
+"""Tests of the public recordings, if they are present: each clip has a verdict, and folds separate people."""
 
 from __future__ import annotations
 

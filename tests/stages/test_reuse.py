@@ -1,4 +1,4 @@
-"""Stored results are used again, changed ones are made again, and neither threads nor repetition move a bit."""
+"""Tests of reuse: stored results are reused, changed results are recomputed, and threads change no digit."""
 
 from __future__ import annotations
 
@@ -29,19 +29,19 @@ STAGES = ("ingest", "dataset", "model", "sweep")
 
 
 def made(folder: Path, *suffixes: str) -> dict[str, bytes]:
-    """Content of a figure's files of some kinds, claims included."""
+    """Return the content of those files of a figure that have the given suffixes."""
     return {path.name: path.read_bytes() for path in sorted(folder.iterdir()) if path.suffix in suffixes}
 
 
 def keys(outcome: Outcome) -> dict[str, str]:
-    """Key of each stage's artefact."""
+    """Return the cache key of each stage of a figure."""
     manifest: dict[str, Any] = json.loads((outcome.folder / "manifest.json").read_bytes())
     return {stage: described["key"] for stage, described in manifest["stages"].items()}
 
 
 @pytest.fixture(scope="module")
 def keys_before(smoke_results: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
-    """Keys of figure 5 of zhang2007, of its preset's options and the sources as they are."""
+    """Cache keys of figure 5 of zhang2007, with unchanged options and sources."""
     experiment = compose(["experiment=zhang2007_fig5", f"results={smoke_results}", *QUICK])
     folder = tmp_path_factory.mktemp("before") / experiment.name
     return keys(make_figure(experiment, folder, store=Store(smoke_results)))
@@ -147,7 +147,7 @@ def test_without_a_cache_the_figure_stands_and_is_made_again(
 
 @pytest.fixture
 def sources(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """A copy of the package's sources; keys depend on it in place of the package itself."""
+    """Copy of the sources of the package, from which the cache keys are then computed."""
     copy = tmp_path / "pipeline"
     shutil.copytree(plugins.PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
     monkeypatch.setattr(plugins, "PACKAGE", copy)
@@ -157,7 +157,7 @@ def sources(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 
 
 def reword(path: Path) -> None:
-    """Change every docstring of a module and all of its comments, and nothing else."""
+    """Replace every docstring and all comments of a module, without a change of its code."""
     tree = ast.parse(path.read_bytes())
     for node in ast.walk(tree):
         match node:
@@ -167,7 +167,7 @@ def reword(path: Path) -> None:
 
 
 def change(files: list[Path]) -> None:
-    """Add a line of code to modules."""
+    """Add a line of code to each of the given modules."""
     assert files
     for path in files:
         path.write_text(f"{path.read_text(encoding='utf-8')}\nCHANGED = 1\n", encoding="utf-8")
@@ -217,7 +217,7 @@ def test_changed_code_remakes_what_is_computed_with_it(
 
 @pytest.fixture(scope="module")
 def experiments() -> list[Experiment]:
-    """All presets."""
+    """Return the experiments of all presets."""
     return [compose([f"experiment={name}"]) for name in presets()]
 
 

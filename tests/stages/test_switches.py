@@ -1,4 +1,4 @@
-"""Every switch of the walking experiments does what it says, seen from the artefacts of the stages."""
+"""Tests of the options of the walking experiments: each option has the described effect on stage results."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ pytestmark = pytest.mark.thorough
 
 @pytest.fixture(scope="module")
 def store(tmp_path_factory: pytest.TempPathFactory) -> Store:
-    """One cache for all switches."""
+    """Cache that all tests of options share."""
     return Store(tmp_path_factory.mktemp("switches"))
 
 
 def stages(store: Store, *overrides: str, figure: str = "zhang2007_fig5", data: Data | None = None) -> Stages:
-    """Return the results of the four stages with changed switches."""
+    """Return the results of the four stages with changed options."""
     return made(smoke(figure, *overrides, data=data), store)
 
 
 @pytest.fixture(scope="module")
 def twice(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder of four people with two clips each: the halves of eight seconds on the belt."""
+    """Folder of two clips of four seconds for each of four people, cut from eight seconds on a treadmill."""
     folder = tmp_path_factory.mktemp("twice")
     people = walking_population(
         np.random.default_rng(3), male=2, female=2, duration_s=8.0, frame_rate_hz=60.0
@@ -47,7 +47,7 @@ def twice(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def assert_folds_leave_out(learnt: Eigenwalkers, people: np.ndarray) -> None:
-    """Assert that the fold of each walk holds all people but its own."""
+    """Assert that the model of each walk is learnt from all other people."""
     samples = learnt.samples
     for r, person in enumerate(people):
         others = samples[people != person]

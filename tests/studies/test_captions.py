@@ -1,4 +1,4 @@
-"""Captions: their numbers come from tables, claims, options and constants, their colours from the palette."""
+"""Tests of captions: numbers come from tables, claims, options and constants, and colours from the palette."""
 
 from __future__ import annotations
 
@@ -33,19 +33,19 @@ NUMBERS = (
     r"\b(two|three|four|five|six|seven|eight|nine|ten|eleven|twelve|sixteen|twenty|thirty|hundred|half|third|quarter"
     r"|fifth|sixth|seventh|eighth|ninth|tenth|twice)(s|-\w+)?\b",
 )
-"""Numbers as digits and as words; dimensions (3D) and parts of names are none."""
+"""Patterns of numbers as digits and as words, without numbers in names and in words such as 3D."""
 
 COLOUR_WORDS = rf"(?i)\b({'|'.join([*COLOURS, 'gray', 'red', 'pink', 'brown', 'violet'])})\b"
 
 
 def literals(text: str, patterns: tuple[str, ...]) -> list[str]:
-    """Return what of a template stands outside its placeholders and is a number or a colour."""
+    """Return all numbers or colours in a template that are outside its placeholders."""
     outside = re.sub(r"\{[^{}]*\}", "", re.sub(r"[Ff]igure [0-9]+", "", text))
     return [result.group() for pattern in patterns for result in re.finditer(pattern, outside)]
 
 
 def sentences(source: Path) -> Iterator[tuple[int, str]]:
-    """Yield the line and the text of prose in a module: strings of a caption, and those with a full stop."""
+    """Yield line number and text of each caption string and each string with a full stop in a module."""
     tree = ast.parse(source.read_text("utf-8"))
     prose = {
         id(part)
@@ -79,7 +79,7 @@ def _begins(node: ast.Call) -> bool:
 
 
 def caption_modules() -> list[Path]:
-    """Return the modules of studies that write captions: of a sheet, of a recording, or parts of them."""
+    """Return the paths of all modules of studies that contain texts of captions."""
     studies = ROOT / "pipeline/studies"
     return sorted(
         path
@@ -134,7 +134,7 @@ def test_literals_are_noticed() -> None:
 
 
 def published(data: str, figure: str) -> dict[str, Any]:
-    """Tables of a figure in the light archive, packed or not."""
+    """Return the tables of a figure in the light archive, compressed or uncompressed."""
     paths = (ARCHIVE / data / figure).glob("*.csv*")
     return {path.name.split(".")[0]: tables.read(path) for path in paths}
 
@@ -150,7 +150,7 @@ def test_every_number_of_an_expectation_is_in_the_tables_of_its_figure(name: str
 
 
 def test_hidden_joints_are_as_far_off_as_their_table_has_it() -> None:
-    """Once "head 4 cm, far arm 5 to 6 cm", above a chart of 2.3 and 3.8 to 4.4 cm."""
+    """The errors of hidden joints in the text are those of the table; an earlier text stated larger errors."""
     output = published("optical", "zhang2007_occlusion")
     rows = output["table_hidden"]
     error = {
@@ -165,7 +165,7 @@ def test_hidden_joints_are_as_far_off_as_their_table_has_it() -> None:
 
 
 def test_undecided_limbs_are_called_by_the_colour_that_they_are_drawn_in() -> None:
-    """Once red, though the palette draws them orange."""
+    """The text names the colour in which the palette draws undecided limbs; an earlier text named red."""
     text = filled_caption(presets()["park2011_fig4"]["expect"], lambda name: np.nan)
     assert f"most limbs are {ROLES['undecided']}," in text
     assert ROLES["undecided"] in COLOURS

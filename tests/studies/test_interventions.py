@@ -1,4 +1,4 @@
-"""Numbers of runs with one option changed are kept by switch, with scale and intervals, from clean checkouts alone."""
+"""Tests of the tables on changed options: new rows replace old rows, and uncommitted changes are rejected."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Published tables in, verdicts out."""
+"""Tests of the verdicts on claims, which are computed from published tables."""
 
 from __future__ import annotations
 
@@ -186,7 +186,7 @@ LS, MAP, NOTHING, ONE = "least_squares", "map", "average_walker", "map_1"
 
 
 def errors_of(people: int, gains: np.ndarray, nothing: float) -> dict[str, dict[str, np.ndarray]]:
-    """Figure 5 of people whose MAP error is below that of least squares by these shares; its baseline by another."""
+    """Return tables of figure 5 of zhang2007 in which MAP has a given relative gain over least squares."""
     level = np.linspace(80.0, 120.0, people)
     owner = {LS: level, MAP: level * (1 - gains), NOTHING: level * (1 - nothing), ONE: level}
     names = np.array([f"p{n:02d}" for n in range(people)])
@@ -287,7 +287,7 @@ def test_an_extreme_near_a_bound_does_not_agree_though_no_person_drawn_again_exc
 
 @pytest.mark.parametrize(("people", "expected"), [(12, "close"), (400, "agrees")])
 def test_what_nobody_showed_has_the_exact_interval_of_that_many(people: int, expected: str) -> None:
-    """Clopper and Pearson's interval of none in n ends at 1 - 0.025^(1/n); no replicate holds what no row has."""
+    """A percentage of 0 % of n rows has a Clopper-Pearson interval up to 1 - 0.025^(1/n)."""
     rows = 3 * people
     table = {
         "person": np.repeat([f"p{r:03d}" for r in range(people)], 3),
@@ -315,7 +315,7 @@ def test_the_interval_of_a_share_ends_at_all() -> None:
 
 
 def test_the_interval_of_a_baseline_that_is_a_share_ends_at_all_too() -> None:
-    """Student's interval of five people with a mean of 94.44 % would end at 110.1 %."""
+    """The interval of a percentage ends at 100 %, although Student's interval would end at 110.1 %."""
     people = np.repeat([f"p{n}" for n in range(5)], 36)
     table = {
         "person": people,
@@ -335,7 +335,7 @@ def test_the_interval_of_a_baseline_that_is_a_share_ends_at_all_too() -> None:
 
 
 def test_the_prediction_of_a_share_ends_at_all() -> None:
-    """Four samples of 90 to 100 %: one more like them is 96.5 % with a half width of 3.182 sqrt(5/4) 4.73 %."""
+    """The prediction interval of a percentage ends at 100 %, although its formula gives 96.5 % ± 5.3 %."""
     parts = (0.90, 0.96, 1.0, 1.0)
     each = pd.DataFrame({"population": [1, 2, 3, 4], "variance_fraction": parts})
     table = pd.DataFrame({"variance_fraction": [parts[0]]})
@@ -357,7 +357,7 @@ def test_the_prediction_of_a_share_ends_at_all() -> None:
 
 @pytest.mark.parametrize(("by", "low"), [("walker", 100.0 * 0.025 ** (1 / 20)), ("view_angle_deg", 100.0)])
 def test_a_share_of_walkers_has_it_and_one_of_views_does_not(by: str, low: float) -> None:
-    """Walkers are drawn; views are those that the figure has."""
+    """A percentage of walkers has an interval, because walkers are sampled; a percentage of views has no interval."""
     error = np.concatenate([np.full(20, 5.0), np.full(20, 3.0)])
     table = {
         "person": 2 * [f"p{r:02d}" for r in range(20)],
@@ -401,7 +401,7 @@ def test_populations_take_the_place_of_people() -> None:
 
 
 def test_an_interval_does_not_move_to_hold_its_value() -> None:
-    """The published population is an outlier of the others: value and interval are theirs alone."""
+    """The value and its interval come from the other populations, even if the published population is an outlier."""
     gains = 0.3 + 0.05 * np.sin(np.arange(20))
     tables = errors_of(20, gains - 0.25, -0.2)
     each = [errors_of(20, gains + shift, -0.2)["table"] for shift in (-0.01, 0.0, 0.01, 0.0)]
@@ -417,7 +417,7 @@ def test_an_interval_does_not_move_to_hold_its_value() -> None:
 
 
 def test_every_replicate_is_what_its_rows_give() -> None:
-    """The fast path of each measure against drawing rows of a table one replicate after the other."""
+    """The replicates of each measure equal its values on tables whose rows are drawn one replicate after the other."""
     rng = np.random.default_rng(4)
     people = np.repeat([f"p{n}" for n in range(7)], 6)
     table = pd.DataFrame(

@@ -1,4 +1,4 @@
-"""Measures of published tables: no row is dropped to make a number, and a value that cannot be computed is an error."""
+"""Tests of measures of published tables: no row is ignored, and a number that cannot be computed is NaN or an error."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def test_an_entry_that_is_missing_or_there_twice_is_no_number() -> None:
 
 
 def pairs_of(sequences: np.ndarray, person: list[str]) -> pd.DataFrame:
-    """Squared distances of all ordered pairs of sequences (M, P)."""
+    """Return a table of the squared distances between all ordered pairs of sequences (M, P)."""
     n, m = np.nonzero(~np.eye(len(person), dtype=bool))
     names = np.array(person)
     average = ((sequences[n] - sequences[m]) ** 2).mean(axis=1)

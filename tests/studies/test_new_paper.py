@@ -1,4 +1,4 @@
-"""A paper with one figure on an existing corpus: five new files and the registry, and the tests hold."""
+"""Test of adding a paper with one figure: it needs five new files and a change of the registry."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ REGISTRY = "pipeline/studies/registry.py"
 
 @pytest.fixture(scope="module")
 def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A copy of the project with the paper."""
+    """Copy of the project to which a paper with one figure is added."""
     copy = tmp_path_factory.mktemp("fifth") / "project"
     copy_tree(ROOT, copy, "results", ".*", "raw")
     (copy / "results").mkdir()
@@ -118,7 +118,7 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def run(project: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    """Run a module of Python in the copy; return its output."""
+    """Run a Python module in the copy of the project, and return the finished process."""
     return subprocess.run(
         [sys.executable, "-m", *arguments],
         cwd=project,
@@ -144,7 +144,7 @@ def test_the_figure_is_made_and_shown(project: Path) -> None:
 
 @pytest.mark.thorough
 def test_the_tests_hold_with_a_new_paper(project: Path) -> None:
-    """Those of structure, options, papers and page, but not again of each claim, figure and module that was there.
+    """The tests of structure, options, papers and the report page pass in the copy with the new paper.
 
     Nor of skeletons, of slips of the pen, of odd tables and of pages that are too large, which are the same with any
     paper.

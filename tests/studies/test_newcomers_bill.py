@@ -1,4 +1,4 @@
-"""Files that a newcomer edits, on a copy: a scalar of a sweep, a claim, a reader, a figure of a sweep that exists.
+"""Tests of the files that a newcomer edits to add a column, a claim, a file reader and a figure.
 
 A paper is in `test_new_paper`.  All four are edited in one copy, before its figures and tests run once.
 Golden files are renewed by their command and not counted; what is edited by hand is.
@@ -72,14 +72,14 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
 
 
 def edit(project: Path, name: str, before: str, after: str) -> None:
-    """Put text in front of what stands once in a file."""
+    """Insert text in front of a passage that occurs exactly once in a file."""
     text = (project / name).read_text(encoding="utf-8")
     assert text.count(before) == 1, before
     (project / name).write_text(text.replace(before, after + before), encoding="utf-8")
 
 
 def edited(project: Path) -> set[str]:
-    """Files of the copy that are new or not as they were, but for results and golden files."""
+    """Return the files of the copy that are new or changed, without results and golden files."""
     result = set()
     for path in project.rglob("*"):
         name = path.relative_to(project)
@@ -155,20 +155,20 @@ FIXTURE = "tests/fixtures/points_by_hand.pts"
 
 
 def edit_scalar(project: Path) -> None:
-    """Have the sweep measure one scalar more."""
+    """Edit the sweep so that it measures one additional number."""
     measured = '"relative_error": errors.walker_error(relative),\n'
     edit(project, KNOWN_VIEW, measured, '"worst_joint_mm2": np.nanmax(of_joints, axis=1),\n' + 20 * " ")
 
 
 def edit_claim(project: Path) -> None:
-    """Enter a claim, and its value worked out in the head."""
+    """Add a claim, and its value as calculated by hand, to the files that list them."""
     edit(project, PAPER, BEFORE_CLAIM, CLAIM)
     finite = '    "zhang2007_map_thirty_percent": 50,\n'
     edit(project, WORKED, finite, '    "zhang2007_gain_from_the_front": 62.5,\n')
 
 
 def edit_reader(project: Path) -> None:
-    """Write a reader, its line in the table of suffixes, and a small file."""
+    """Add a reader of a file format, its line in the table of suffixes, and a small example file."""
     (project / POINT_LIST).write_text(textwrap.dedent(READER), encoding="utf-8")
     edit(project, FORMATS, '    ".npz": arrays.read,\n', '    ".pts": pointlist.read,\n')
     text = (project / FORMATS).read_text(encoding="utf-8")
@@ -179,7 +179,7 @@ def edit_reader(project: Path) -> None:
 
 
 def edit_figure(project: Path) -> None:
-    """Write a figure of a sweep that exists, its preset, its line in the study and in the paper's list."""
+    """Add a figure of an existing sweep: its class, preset, and lines in the study and in the paper's list."""
     (project / PACE).write_text(FIGURE, encoding="utf-8")
     (project / PACE_PRESET).write_text(PRESET, encoding="utf-8")
     edit(
@@ -199,12 +199,12 @@ BILL = {
     edit_reader: {FORMATS, POINT_LIST, FIXTURE},
     edit_figure: {PACE, PACE_PRESET, FIGURES, PAPER},
 }
-"""Files that each edit changes, and no others."""
+"""Names of the files that each edit changes."""
 
 
 @pytest.fixture(scope="module")
 def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A copy of the project with all three."""
+    """Copy of the project with all edits: a new column, a claim, a reader and a figure."""
     copy = tmp_path_factory.mktemp("newcomer") / "project"
     copy_tree(ROOT, copy, "results", ".*", "raw", "site")
     (copy / "results").mkdir()
@@ -217,7 +217,7 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def folder(project: Path) -> Path:
-    """Figure 5 of the copy and the new figure, whose golden files are renewed as `make golden` does."""
+    """Golden folder of figure 5 of zhang2007 in the copy, after the golden files were renewed."""
     figure, names = "zhang2007_fig5", "zhang2007_fig5,zhang2007_pace"
     tracked = run(
         project, "pipeline", "figures", f"experiment={names}", "scale=smoke", "results=results/golden"
@@ -235,7 +235,7 @@ def test_no_other_file_is_edited(project: Path, folder: Path) -> None:
 
 
 def test_a_scalar_of_a_sweep_is_named_in_one_file(folder: Path) -> None:
-    """It is then a column of figure 5's table, with its interval, and of the table of every walker."""
+    """The new number is a column of figure 5's table, with an interval, and of its table of walkers."""
     for table, names in (
         ("table", ["worst_joint_mm2", "worst_joint_mm2_low", "worst_joint_mm2_high"]),
         ("table_people", ["worst_joint_mm2"]),
@@ -250,7 +250,7 @@ def test_a_claim_is_its_entry_and_its_value_worked_out_in_the_head(folder: Path)
 
 
 def test_the_tests_of_each_change_hold(project: Path, folder: Path) -> None:
-    """Those of structure, columns, claims and the contract of readers; not again of each module as it was."""
+    """The tests of structure, columns, claims and file readers pass in the copy with all edits."""
     tests = (
         "tests/test_architecture.py",
         "tests/test_documentation.py::test_every_column_of_the_golden_tables_is_listed",

@@ -1,4 +1,4 @@
-"""Intervals in tables: the same as those that verdicts rest on, and none where only one person or clip was drawn."""
+"""Tests of intervals in tables: they equal the intervals of verdicts, and a single person or clip has no interval."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from tests.strategies import seeds
 
 
 def trials(rng: np.random.Generator, clips: int) -> pd.DataFrame:
-    """Errors of trials under two conditions: clips differ more than their trials."""
+    """Return a table of trials under two conditions, with larger differences between clips than within a clip."""
     clip = rng.integers(0, clips, size=60)
     clip[:clips] = range(clips)
     error = rng.normal(5.0, 1.0, size=clips)[clip] + rng.normal(0.0, 0.1, size=60)

@@ -1,4 +1,4 @@
-"""Samples of walks that are represented as they are made: the same as of clips that were kept."""
+"""Tests of samples of walks: samples computed one walk at a time equal samples computed from stored clips."""
 
 from __future__ import annotations
 

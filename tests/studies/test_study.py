@@ -1,4 +1,4 @@
-"""Parts of a study: grids, sizes that the scale sets, options that fit each other, words that are unique."""
+"""Tests of the parts of a study: grids, sizes by scale, options that fit together, and unique names."""
 
 from __future__ import annotations
 
@@ -124,7 +124,7 @@ def test_a_recording_counts_in_whole_numbers() -> None:
 
 @cache
 def preset(name: str) -> Experiment:
-    """A preset at smoke scale."""
+    """Return a preset at smoke scale."""
     return compose(["scale=smoke", f"experiment={name}"])
 
 
@@ -237,7 +237,7 @@ def test_a_study_is_called_like_its_folder() -> None:
 
 @pytest.mark.parametrize(("group", "option"), OPTIONS)
 def test_an_option_says_what_it_returns_and_what_it_is_made_of(group: str, option: type[Any]) -> None:
-    """The store reads a value back by the return annotation; a figure needs its model."""
+    """Each option class declares the type of its result, which the cache reads; a figure declares its model."""
     finite = {name: set(registry.options(name).values()) for name in registry.GROUPS}
     if group == "figure":
         assert option.model in finite["model"]

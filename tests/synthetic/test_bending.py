@@ -1,4 +1,4 @@
-"""Synthetic bends are people who bend: rigid bodies in balance, feet planted, hands at the floor, timing known."""
+"""Tests of synthetic bending: rigid limbs, balance, feet that do not move, hands at the floor, and known phase."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def bends() -> BendingPerformances:
 
 @pytest.fixture(scope="module")
 def clean() -> BendingPerformances:
-    """Many people, without marker noise."""
+    """Forty bending performances by twenty people, without marker noise."""
     return bending_performances(
         np.random.default_rng(2006), performances=40, subjects=20, marker_noise_mm=0.0
     )
@@ -152,7 +152,7 @@ def test_joints_keep_to_anatomy(clean: BendingPerformances) -> None:
 
 
 def test_the_centre_of_mass_stays_over_the_feet(clean: BendingPerformances) -> None:
-    """Masses of Winter 2009, head, arms and trunk as one, along the direction in which the person faces."""
+    """The centre of mass, computed with the masses of Winter 2009, stays over the feet."""
     for positions, subject in zip(clean.positions_mm, clean.subject, strict=True):
         both = {
             name: (joint(positions, f"left_{name}") + joint(positions, f"right_{name}")) / 2
@@ -189,7 +189,7 @@ def test_everybody_faces_somewhere_else_and_postures_do_not_know_it(clean: Bendi
 
 
 def test_no_linear_model_is_behind_it(clean: BendingPerformances) -> None:
-    """The variance of the joints does not stop after a few dimensions, even without noise."""
+    """The joints vary in at least 30 dimensions, even without marker noise."""
     samples = np.concatenate([p.reshape(len(p), 45) - np.tile(p[:, 8], 15) for p in clean.positions_mm])
     model = linear_model.fit(samples, 45)
     assert (model.eigenvalues[:30] > 1e-6 * model.total_variance).all()
@@ -197,7 +197,7 @@ def test_no_linear_model_is_behind_it(clean: BendingPerformances) -> None:
 
 @pytest.mark.parametrize(("subjects", "expected"), [(1, (2, 2)), (5, (4, 5)), (20, (5, 6))])
 def test_the_aspace_has_a_few_dimensions(subjects: int, expected: tuple[int, int]) -> None:
-    """At 95 %: 16 in the paper, 12 in hdm05's bends; synthetic bodies are freer of whim."""
+    """The posture space needs 2 to 6 dimensions for 95 % of the variance; the paper needs 16, recorded people 12."""
     bends = bending_performances(np.random.default_rng(0), subjects=subjects)
     model = linear_model.fit(np.concatenate([posture.postures(p) for p in bends.positions_mm]), 37)
     b = int(np.searchsorted(np.cumsum(model.eigenvalues) / model.total_variance, 0.95)) + 1

@@ -1,4 +1,4 @@
-"""Disturbances of walks by which the benchmark of the number of components looks for a cause: their sizes."""
+"""Tests of the disturbances of walks in the benchmark of the number of components: their sizes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ RATE_HZ = components.RATE_HZ
 
 @pytest.fixture(scope="module")
 def walk() -> np.ndarray:
-    """Return forty strides of one second, in which the left ankle alone moves, (T, 15, 3) mm."""
+    """Return forty strides (T, 15, 3), mm, of one second each, in which only the left ankle moves."""
     positions = np.zeros((round(40 * RATE_HZ), 15, 3))
     positions[:, LEFT_LEG[2], 1] = 300.0 * np.sin(2.0 * np.pi * np.arange(len(positions)) / RATE_HZ)
     return positions

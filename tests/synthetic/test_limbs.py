@@ -1,4 +1,4 @@
-"""Synthetic limbs are what they say; a truth inside the basis is recovered exactly by trying all signs."""
+"""Tests of synthetic limbs: constant lengths, smooth angles, and exact recovery of a trajectory in the basis."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from tests.strategies import seeds
 
 
 def spectrum(series: np.ndarray) -> np.ndarray:
-    """Orthonormal cosine coefficients over frames."""
+    """Return the coefficients of a series in the orthonormal cosine basis over all frames."""
     return np.asarray(dct(series, axis=0, norm="ortho"))
 
 
@@ -121,14 +121,14 @@ def all_signs(frames: int) -> np.ndarray:
 
 
 def objectives(basis: np.ndarray, middle: np.ndarray, half_chord: np.ndarray) -> np.ndarray:
-    """Return the squared residual outside the basis of every choice (2^F,), by plain projection."""
+    """Return the squared residual (2^F,) outside the basis for every combination of mirror signs."""
     chi = middle + all_signs(len(middle))[:, :, None] * half_chord
     left = chi - np.einsum("fk,gk,sgd->sfd", basis, basis, chi)
     return np.asarray((left**2).sum(axis=(1, 2)))
 
 
 def test_a_limb_inside_the_basis_is_recovered_exactly() -> None:
-    """Constant length, angles of two cosines, camera in a hand: the best of 2^12 choices is the truth."""
+    """The best of 2^12 sign combinations is the true trajectory of a limb in front of a hand-held camera."""
     for seed in range(12):
         generator = np.random.default_rng(seed)
         limb = angular_limb(generator, 12, bandwidth=2, swing_rad=0.4)

@@ -1,4 +1,4 @@
-"""The synthetic walkers are people who walk: bodies, feet, rhythm, and no hidden linear model.
+"""Tests of the synthetic walkers: bodies, feet, rhythm, and variance that no small linear model explains.
 
 Fourier claims are measured by a regression written here, not by `pipeline.core.fourier`.
 """
@@ -30,12 +30,12 @@ def walkers() -> WalkingPopulation:
 
 @pytest.fixture(scope="module")
 def clean() -> WalkingPopulation:
-    """Thirty of them without marker noise."""
+    """Synthetic population of thirty walkers without marker noise."""
     return walking_population(np.random.default_rng(2007), male=12, female=18, marker_noise_mm=0.0)
 
 
 def each(population: WalkingPopulation, name: str) -> np.ndarray:
-    """A number of every person."""
+    """Return an attribute of every person as an array."""
     return np.array([attrgetter(name)(person) for person in population.people])
 
 
@@ -49,7 +49,7 @@ def regression(times: np.ndarray, frequency: float, harmonics: int) -> np.ndarra
 
 
 def harmonic_shares(population: WalkingPopulation, harmonics: int = 6) -> tuple[np.ndarray, np.ndarray]:
-    """Frequency (R,) of the best two harmonics, and share of variance by harmonic (R, harmonics)."""
+    """Return the best stride frequency (R,) and the share of variance of each harmonic (R, harmonics)."""
     frames = population.positions_mm.shape[1]
     times = np.arange(frames) / population.frame_rate_hz
     drift = np.vander(np.linspace(-1, 1, frames), 4)
@@ -138,7 +138,7 @@ def test_feet_take_turns(walkers: WalkingPopulation) -> None:
 
 @pytest.mark.parametrize("side", ["left", "right"])
 def test_a_flat_foot_rides_on_the_belt(clean: WalkingPopulation, side: str) -> None:
-    """An ankle that stays as low as over a flat foot has the belt's speed within 4 %, median 2 %.
+    """An ankle at the height of a flat foot moves at the speed of the belt within 4 %, with a median of 2 %.
 
     What slip there is makes good the walker's drift along the belt.
     """
@@ -204,7 +204,7 @@ def test_rhythm_follows_speed_and_size(walkers: WalkingPopulation) -> None:
 
 
 def test_there_is_more_than_two_harmonics(walkers: WalkingPopulation) -> None:
-    """Third to sixth above what noise gives; what two harmonics leave is between 0.2 and 6 %."""
+    """Two harmonics leave 0.2 to 6 % of the variance, and the third harmonic has more than 0.2 %."""
     _, shares = harmonic_shares(walkers)
     residual = 1 - shares[:, :2].sum(axis=1)
     assert np.all((residual > 0.002) & (residual < 0.06))

@@ -1,4 +1,4 @@
-"""Study of actions: performances are synchronized and learnt as a prior for tracking [mozerov2006]."""
+"""Study of actions: a model learnt from synchronized performances is the prior for tracking [mozerov2006]."""
 
 from pipeline.studies.actions import measures
 from pipeline.studies.actions.dataset import PostureDataset

@@ -1,4 +1,4 @@
-"""Performances of an action as sequences of postures; each posture has 37 numbers [mozerov2006 section 2]."""
+"""Performances of an action as sequences of postures; a posture is a vector of 37 numbers [mozerov2006 section 2]."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ class Frame(StrEnum):
 
 
 class Heading(StrEnum):
-    """Frames whose yaw is subtracted from the direction of the hip."""
+    """Removal of the heading from postures: by the yaw of the first frame, by the yaw of every frame, or not at all."""
 
     first = "first"
-    """Yaw of the first frame, subtracted in all frames."""
+    """The yaw of the first frame is subtracted from the hip direction in all frames."""
     every = "every"
     none = "none"
 
 
 def require_true_course(is_known: bool) -> None:
-    """Raise InvalidInput unless the true course of the action is known."""
+    """Raise InvalidInput unless the true phase of the performances in each frame is known."""
     if not is_known:
         raise InvalidInput(
-            "the true course of an action is known only for synthetic performances",
+            "the true phase in each frame is known only for synthetic performances",
             "data",
             "data=synthetic",
             code="truth_not_known",
@@ -47,7 +47,7 @@ def require_true_course(is_known: bool) -> None:
 
 @dataclass(frozen=True)
 class Postures:
-    """Postures of M performances, concatenated along the frames.
+    """Postures of M performances, concatenated along the time axis.
 
     Attributes
     ----------
@@ -95,7 +95,7 @@ class Postures:
         return (np.diff(self.first) - 1) / self.frame_rate_hz
 
     def split(self, values: np.ndarray) -> list[np.ndarray]:
-        """Split an array of all frames into one array for each performance."""
+        """Split an array with a row for each frame of all performances into one array for each performance."""
         return [values[a:b] for a, b in pairwise(self.first)]
 
     def body(self, performance: int) -> LimbLengths:
@@ -109,7 +109,7 @@ class Postures:
         return LimbLengths(*(x.mean(axis=0) for x in (self.limbs_mm, self.pelvis_mm, self.shoulders_mm)))
 
     def true_course(self, pattern: int, samples: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return the true frame of every performance for each sample of a pattern, and a mask of moving samples.
+        """Return the true frame of every performance at each sample of a pattern, and a mask of the pattern's movement.
 
         Parameters
         ----------
@@ -140,7 +140,7 @@ class Postures:
 
 
 class PostureDataset(Dataset):
-    """Postures of every performance."""
+    """Options of the dataset with the postures of every performance of an action."""
 
     corpus = PERFORMANCES
 

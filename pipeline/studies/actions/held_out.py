@@ -24,17 +24,17 @@ from pipeline.validation import InvalidInput
 
 
 class LeaveOut(StrEnum):
-    """Performances that are excluded from the model with which one performance is tracked."""
+    """Choice of the performances that are excluded from the model with which one performance is tracked."""
 
     performance = "performance"
-    """Only the tracked performance."""
+    """Only the tracked performance is excluded."""
     person = "person"
-    """All performances of the tracked person."""
+    """All performances of the tracked person are excluded."""
 
 
 _PELVIS, _HIPS = WALKER15.index("pelvis"), [WALKER15.index(f"{side}_hip") for side in ("left", "right")]
 _HIP_COSINES = slice(1, 3)
-"""Positions of the hip's horizontal direction cosines among the numbers of a posture."""
+"""Indices of the horizontal direction cosines of the hip in the 37 numbers of a posture."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class Performance:
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Action learnt without the held-out performances.
+    """Action model that is learnt without the held-out performances.
 
     Attributes
     ----------
@@ -81,7 +81,7 @@ class HeldOut:
     frame: str
 
     def joints(self, coordinates: np.ndarray, body: LimbLengths) -> np.ndarray:
-        """Return the joints (S, 15, 3), mm, of a body in postures (S, b) of the aSpace; NaN if one is not a posture.
+        """Return the joints (S, 15, 3), mm, of a body from aSpace coordinates (S, b); NaN where no posture is defined.
 
         Once in millions of steps, a random walk through the aSpace reaches a limb that points against its rest
         direction.  Its frame is undefined there, and a particle without joints gets no weight.
@@ -100,7 +100,7 @@ def performances_of(dataset: Postures) -> list[Performance]:
 
 
 def standing(recorded: np.ndarray, postures: np.ndarray, floor_mm: float) -> np.ndarray:
-    """Return recorded joints (F, 15, 3), mm, moved to the origin and the floor, with the heading of the postures.
+    """Return joints (F, 15, 3), mm, shifted to the origin and the floor, and rotated to the heading of the postures.
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ def standing(recorded: np.ndarray, postures: np.ndarray, floor_mm: float) -> np.
 
 
 def left_out(people: np.ndarray, performance: int, leave_out: LeaveOut) -> np.ndarray:
-    """Return a mask (M,) of the performances to exclude from the model that is tested on one performance.
+    """Return a mask (M,) of the performances to exclude from the model with which one performance is tested.
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ def left_out(people: np.ndarray, performance: int, leave_out: LeaveOut) -> np.nd
     out = alone if leave_out is LeaveOut.performance else people == people[performance]
     if (~out).sum() < 2:
         raise InvalidInput(
-            "too few performances are left to learn from",
+            "too few performances are left to learn a model from",
             f"leave one {leave_out} out, performance {performance}",
             "2 or more",
             (~out).sum(),
@@ -148,7 +148,7 @@ def left_out(people: np.ndarray, performance: int, leave_out: LeaveOut) -> np.nd
 
 
 def learn_without(options: ActionSpaceModel, performances: Sequence[Performance], out: np.ndarray) -> HeldOut:
-    """Return the action learnt from all performances except the excluded ones.
+    """Return the action model that is learnt from all performances except the excluded ones.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Measures of the tables of actions: mozerov2006."""
+"""Measures for the tables of the study of actions, mozerov2006."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pipeline.studies.rows import Number, Table, require_columns, rows_of, value
 
 
 def variance_left(table: Table, column: str) -> Number:
-    """Variance between performances: half the mean of a column of squared distances between pairs.
+    """Variance between performances, computed as half the mean squared distance between pairs of performances.
 
     This is the variance with divisor M - 1.
 
@@ -33,7 +33,7 @@ def variance_left(table: Table, column: str) -> Number:
 
 
 def broken_time_constraints(table: Table) -> float:
-    """Number of constraints that a rate-to-rate function violates: ends that do not match, and steps back in time."""
+    """Number of violated constraints of a time warp: ends that do not match, and steps back in time."""
     samples, times = values(table, "sample"), values(table, "rate_to_rate")
     if not samples.size or not (np.isfinite(samples) & np.isfinite(times)).all():
         return np.nan
@@ -43,5 +43,5 @@ def broken_time_constraints(table: Table) -> float:
 
 
 def free_numbers(table: Table, count: str, unit_error: str) -> float:
-    """Number of free coordinates of a vector: one fewer than its length if all vectors have norm 1 within 1e-6."""
+    """Number of free coordinates of a vector: its length, or one less if its norm is always 1 within 1e-6."""
     return only(table, count) - float(only(table, unit_error) < 1e-6)

@@ -1,4 +1,4 @@
-"""Model of an action: aSpace, median sequence, synchronized performances and bounds, mozerov2006 sections 2 to 4."""
+"""Action model with posture space (aSpace), synchronized performances and bounds: mozerov2006 sections 2 to 4."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from pipeline.studies.study import Model, SweepInputs
 from pipeline.validation import Count, InvalidInput, Positive, Several, bounded, require_range
 
 ALIGNMENTS = ("raw", "linear", "keyframe", "synchronized")
-"""Ways to bring performances to a common time.
+"""Methods to align performances in time.
 
 ``raw``           as recorded, with different lengths
 ``linear``        one constant rate for each performance [mozerov2006 7]
@@ -27,29 +27,29 @@ ALIGNMENTS = ("raw", "linear", "keyframe", "synchronized")
 """
 
 MAX_RELATIVE_DISTANCE = 1.5
-"""Largest usual ratio of a performance's global distance to the median over performances.
+"""Largest usual ratio of a performance's synchronization distance to the median distance of all performances.
 
 A performance above it may be of another action, if it is also outside the bounds learnt without it at all samples.
 """
 
 MAX_VARIANCE_LEFT = 0.8
-"""Largest share of variance left by synchronization; motions with a larger share are unrelated.
+"""Largest share of the variance between performances that synchronization of the same action leaves.
 
 Bends and squats leave up to 0.44, unrelated motions 0.95 or more.
 """
 
 
 class Penalty(StrEnum):
-    """Quantity that is penalised with the smoothness weight mu [mozerov2006 12, 16]."""
+    """Quantity whose absolute value is penalised with the smoothness weight mu [mozerov2006 12, 16]."""
 
     change = "change"
-    """Change k of the disparity between samples: mu |k|."""
+    """The change k of the disparity from one sample to the next has the penalty mu |k|."""
     as_printed = "as_printed"
-    """Disparity after the change, d + k: mu |d + k|."""
+    """The new disparity d + k, after a change k, has the penalty mu |d + k|."""
 
 
 class Start(StrEnum):
-    """Disparity at the first sample: zero (``fixed``) or arbitrary (``free``)."""
+    """Disparity at the first sample: ``fixed`` at zero, or ``free``."""
 
     fixed = "fixed"
     free = "free"
@@ -57,7 +57,7 @@ class Start(StrEnum):
 
 @dataclass(frozen=True)
 class Acceptance:
-    """Acceptance of postures by models that are learnt without these postures.
+    """Acceptance of recorded postures by action models that are learnt without the tested performance or person.
 
     Attributes
     ----------
@@ -73,7 +73,7 @@ class Acceptance:
 
 @dataclass(frozen=True)
 class Action:
-    """Model of an action, learnt from performances.
+    """Action model with the performances from which it was learnt.
 
     Attributes
     ----------
@@ -119,7 +119,7 @@ class Action:
     remarks: list[str]
 
     def sequences(self, alignment: str) -> list[np.ndarray]:
-        """Return every performance in the aSpace: (F, b) if the alignment is ``raw``, otherwise (P, b)."""
+        """Return every performance in the aSpace: (F, b) if the alignment is ``raw``, otherwise resampled to (P, b)."""
         if alignment == "raw":
             return [self.raw[a:b] for a, b in pairwise(self.first)]
         return list(getattr(self, alignment))
@@ -137,7 +137,7 @@ class Action:
 
     @property
     def farthest(self) -> int:
-        """Index of the performance with the largest disparity from the median sequence; the first one if tied."""
+        """Index of the performance with the largest disparity from the median sequence; the first one on ties."""
         return int(np.abs(self.disparity).max(axis=1).argmax())
 
 
@@ -145,7 +145,7 @@ ActionInputs = SweepInputs[None, Postures, Action]
 
 
 class ActionSpaceModel(Model):
-    """Options of the aSpace, the synchronization of performances and the action model."""
+    """Options of the posture space (aSpace), the synchronization of performances and the action model."""
 
     dataset = PostureDataset
     published = True
@@ -175,7 +175,7 @@ class ActionSpaceModel(Model):
 
     @property
     def path_options(self) -> dict[str, Any]:
-        """Arguments of `synchronization.synchronize` that define the admissible paths, without the smoothness mu."""
+        """Keyword arguments of `synchronization.synchronize` that define the admissible paths."""
         return {
             "max_disparity": self.max_disparity,
             "penalty": self.penalty.value,
@@ -184,7 +184,7 @@ class ActionSpaceModel(Model):
         }
 
     def teach(self, postures: Sequence[np.ndarray]) -> LearntAction:
-        """Return the action learnt from the postures (F, 37) of some performances, e.g. of all but one."""
+        """Return the action model that is learnt from the postures (F, 37) of some of the performances."""
         return action_model.learn_action(
             postures,
             samples=self.samples,
@@ -195,7 +195,7 @@ class ActionSpaceModel(Model):
         )
 
     def learn(self, dataset: Postures, *, workers: int) -> Action:
-        """Return the action, and the acceptance of each performance by models without it or without its person."""
+        """Return the action model, and the acceptance of each performance by models learnt without it or its person."""
         learnt = self.teach(dataset.split(dataset.postures))
         keyed = action_model.by_key_frames(learnt.raw, samples=self.samples, count=self.key_frames)
         aligned = {"linear": learnt.linear, "keyframe": keyed.sequences, "synchronized": learnt.synchronized}

@@ -23,7 +23,7 @@ from pipeline.studies.study import Sweep
 from pipeline.validation import Count, Distinct, require_range
 
 KINDS = ("accepted", "outside", "training", "unsynchronized")
-"""Kinds of postures that are compared.
+"""Kinds of recorded and randomly sampled postures that are compared.
 
 ``accepted`` postures are sampled within the bounds.  ``outside``: sampled with every coordinate beyond the bounds.
 ``training``: recorded and synchronized, at the same frame.  ``unsynchronized``: sampled within the bounds of a model
@@ -31,38 +31,38 @@ without synchronization.
 """
 
 TAIL_MM, TAIL_SHARE = 100.0, 95.0
-"""Distance that is clearly visible, mm (a knee's breadth), and the percentile of distances that is reported.
+"""Distance, mm, between postures that is clearly visible, and the percentile of distances that tables report.
 
 The paper says that "only" plausible postures are accepted, which is a statement about the tail.
 """
 
 TAILS = ("accepted", "together", "unsynchronized")
-"""Kinds of samples whose largest distances are reported.
+"""Kinds of sampled postures whose largest distances from recorded postures are reported.
 
 ``accepted`` postures are sampled coordinate by coordinate, as the paper accepts postures.  ``together``: from the full
 covariance of the frame.  ``unsynchronized``: coordinate by coordinate without synchronization.
 """
 
 RESAMPLED_TAILS = (DRAW, "frame", "kind", "nearest_training_p95_mm", "beyond_100mm_percent")
-"""Columns of the table of largest distances for resampled people."""
+"""Columns of the table with the largest distances of postures, for bootstrap samples of people."""
 
 RESAMPLED_COLUMNS = (DRAW, "frame", "kind", "nearest_training_mm", "spread_mm")
-"""Columns of the table of median distances for resampled people."""
+"""Columns of the table with the median distances of postures, for bootstrap samples of people."""
 
 BEYOND = (1.0, 3.0)
-"""Range of the distance between rejected postures and the bounds, in standard deviations."""
+"""Range of the distance of rejected postures beyond the bounds, in standard deviations."""
 
 _STREAM = 20064  # separates these draws from those of other stages with the same seed
 _BLOCK = 64
 RESAMPLED_POSTURES = 64
-"""Number of postures sampled at each frame from the model of each resample of people."""
+"""Number of postures that are sampled at each frame, for each bootstrap sample of people."""
 TAIL_POSTURES = 200
-"""Number of postures sampled for the tail, such that ten of them lie beyond the 95th percentile."""
+"""Number of postures sampled at each frame to estimate the 95th percentile of distances, so that ten exceed it."""
 
 
 @dataclass(frozen=True)
 class SampledPostures:
-    """Mean postures, accepted postures for display, and the distances of samples from recorded postures.
+    """Mean postures, accepted postures, and the distances of sampled postures from recorded postures.
 
     Attributes
     ----------
@@ -93,7 +93,7 @@ class SampledPostures:
 
 
 class PostureSampling(Sweep):
-    """Options of sampling accepted postures from the action model."""
+    """Options of sampling random postures that the action model accepts."""
 
     draws_random_numbers = True
 
@@ -108,7 +108,7 @@ class PostureSampling(Sweep):
         require_range("sweep.samples", self.samples, at_most=self.measured)
 
     def measure(self, inputs: ActionInputs) -> SampledPostures:
-        """Return joints of postures sampled at each frame, and statistics of their distances."""
+        """Return joints of postures sampled at each frame, and statistics of their distances from recorded postures."""
         action = _Action(inputs)
         frames = [self._at_frame(action, number) for number in self.frames]
         people, person = np.unique(inputs.dataset.person, return_inverse=True)
@@ -133,7 +133,7 @@ class PostureSampling(Sweep):
         )
 
     def _at_frame(self, action: _Action, number: int) -> _Frame:
-        """Return the samples at one frame of the mean performance, and their distances; frames count from 1."""
+        """Return sampled postures at one frame of the mean performance, and their distances; frames count from 1."""
         at, inputs = number - 1, action.inputs
         generator = np.random.default_rng([inputs.seed, _STREAM, number])
         drawn = {
@@ -160,7 +160,7 @@ class PostureSampling(Sweep):
 
 @dataclass(frozen=True)
 class _Frame:
-    """Measurements at one frame: table rows, distances (M, M) between recorded postures, bodies for display."""
+    """Measurements at one frame: table rows, distances (M, M) between recorded postures, and joints for display."""
 
     number: int
     rows: list[dict[str, Any]]
@@ -181,7 +181,7 @@ class _Action:
         self.training = self.joints(self.performances)
 
     def joints(self, coordinates: np.ndarray) -> np.ndarray:
-        """Return the joints (…, 15, 3), mm, of postures (…, b) for a body of mean limb lengths."""
+        """Return the joints (…, 15, 3), mm, of a body of mean limb lengths from aSpace coordinates (…, b)."""
         postures = self.inputs.model.space.postures(coordinates)
         return posture.joints(postures, self.body, frame=self.inputs.dataset.frame)
 
@@ -193,7 +193,7 @@ class _Action:
         generator: np.random.Generator,
         at: int,
     ) -> np.ndarray:
-        """Return postures (count, b) of one of `KINDS`; the two models are with and without synchronization."""
+        """Return postures (count, b) of one kind, from models that are learnt with and without synchronization."""
         if kind == "training":
             return self.performances[:, at]
         draws = beyond if kind == "outside" else action_model.sample
@@ -202,7 +202,7 @@ class _Action:
     def row(
         self, number: int, kind: str, coordinates: np.ndarray, bodies: np.ndarray, closest: np.ndarray
     ) -> dict[str, Any]:
-        """Return the table row of postures (S, b) of one kind, with bodies (S, 15, 3) and distances (S,), mm."""
+        """Return the table row of postures (S, b) of one kind, from their joints and their distances (S,), mm."""
         at, learnt = number - 1, self.learnt
         cosines = self.inputs.model.space.postures(coordinates)[:, 1:].reshape(len(coordinates), -1, 3)
         norms = np.linalg.norm(cosines, axis=-1)
@@ -222,13 +222,13 @@ class _Action:
         }
 
     def _spread(self, bodies: np.ndarray, model: ActionModel, at: int) -> float:
-        """Return the median over bodies (S, 15, 3) of the mean distance of their joints from the mean posture, mm."""
+        """Return the median over postures (S, 15, 3) of the mean joint distance from the mean posture, mm."""
         return np.median(np.linalg.norm(bodies - self.joints(model.mean[at]), axis=-1).mean(axis=-1))
 
     def resampled(
         self, draw: int, resampled: np.ndarray, between: dict[int, np.ndarray]
     ) -> tuple[list[tuple[Any, ...]], list[tuple[Any, ...]]]:
-        """Return the median distances and the tails of samples from models of resampled performances.
+        """Return median and largest distances of postures sampled from models of resampled performances.
 
         Parameters
         ----------
@@ -290,7 +290,7 @@ def together(
 
 
 def tail(closest: np.ndarray) -> dict[str, float]:
-    """Return the 95th percentile, mm, of distances (S,) and the percentage of distances above 100 mm."""
+    """Return the 95th percentile, mm, of the distances (S,) of postures, and the percentage above 100 mm."""
     return {
         "nearest_training_p95_mm": float(np.percentile(closest, TAIL_SHARE)),
         "beyond_100mm_percent": 100.0 * float((closest > TAIL_MM).mean()),
@@ -319,7 +319,7 @@ def beyond(
 
 
 def nearest(joints: np.ndarray, recorded: np.ndarray, workers: int) -> np.ndarray:
-    """Return the mean joint distance (S, M), mm, from each posture to the nearest posture of each performance.
+    """Return the mean joint distance (S, M), mm, from each body to the nearest recorded posture of each performance.
 
     Parameters
     ----------

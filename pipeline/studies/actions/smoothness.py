@@ -1,4 +1,4 @@
-"""Error of the recovered time against smoothness, for both penalties and both starts: mozerov2006 section 3.
+"""Error of the time recovered by synchronization against smoothness: mozerov2006 section 3.
 
 The performances have a known true course.  The pattern is the median sequence of the model.  Each sample of the pattern
 is matched with a frame of the performance; the error is the distance in frames to the frame of the same true phase.
@@ -22,7 +22,7 @@ from pipeline.validation import Distinct, NonNegative
 
 @dataclass(frozen=True)
 class TimeErrors:
-    """Errors of the time recovered by synchronization, and the true course of the performances.
+    """Errors of the time recovered by synchronization, and the true frames of the performances.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class TimeErrors:
 
 
 class Smoothness(Sweep):
-    """Options of synchronization with other values of mu and both readings of the penalty [mozerov2006 12, 16]."""
+    """Options of the sweep over the smoothness mu of synchronization, with two penalties [mozerov2006 12, 16]."""
 
     smoothness: Distinct[NonNegative] = [  # mu, of the synchronization
         0.0, 0.001, 0.003, 0.01, 0.02, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0,
@@ -55,7 +55,7 @@ class Smoothness(Sweep):
     penalties: Distinct[Penalty] = list(Penalty)  # of the disparity
 
     def measure(self, inputs: ActionInputs) -> TimeErrors:
-        """Return the errors of the time recovered by synchronization."""
+        """Return the errors of the time recovered by synchronization, at every value of the smoothness."""
         dataset, linear, median = inputs.dataset, inputs.model.linear, inputs.model.median
         mu = np.array(self.smoothness, float) * mean_squared_deviation(linear)
         samples = linear.shape[1]

@@ -1,4 +1,4 @@
-"""Computing time of synchronization: one pair, all performances onto one pattern, and all ordered pairs.
+"""Computing time of synchronization for one pair of performances, for one pattern, and for all ordered pairs.
 
 mozerov2006 section 4 gives 0.015 s for a pair and 0.6 s for forty performances onto a chosen pattern.  The
 choice of the median sequence needs all ordered pairs.
@@ -21,7 +21,7 @@ from pipeline.validation import Count
 
 @dataclass(frozen=True)
 class Timings:
-    """Median computing times, s, over repeated runs.
+    """Median computing times of synchronization, s, over repeated runs.
 
     Attributes
     ----------
@@ -34,7 +34,7 @@ class Timings:
 
 
 class Timing(Sweep):
-    """Options of timing the synchronization."""
+    """Options of the measurement of the computing time of synchronization."""
 
     repeats: Count = 5  # number of runs, whose median is reported
 

@@ -22,7 +22,7 @@ from pipeline.studies.study import Sweep, scaled
 from pipeline.validation import CountOrAll, Distinct, Finite, InvalidInput, NonNegative, bounded
 
 USUAL_PARTICLES = 500
-"""Number of particles while noise or occlusion varies, provided that the sweep includes this number."""
+"""Number of particles while noise or occlusion varies, if the sweep over particles includes this number."""
 _STREAM = 20060  # separates these draws from those of other stages with the same seed
 
 
@@ -87,7 +87,7 @@ class HeldOutTracking(Sweep):
 
     @property
     def conditions(self) -> list[tuple[str, Condition]]:
-        """Varied quantity and condition at every point of the sweep; only one quantity varies at a time."""
+        """Name of the varied quantity and values of all quantities, for every point of the sweep."""
         ordered, noise_mm = sorted(self.particles), self.baseline_noise_mm
         usual = USUAL_PARTICLES if USUAL_PARTICLES in ordered else ordered[len(ordered) // 2]
         return [
@@ -98,12 +98,12 @@ class HeldOutTracking(Sweep):
 
     @property
     def demonstrated(self) -> Condition:
-        """Condition that is displayed, with the middle one of the shares of hidden joints."""
+        """Condition of tracking that is displayed, which has the middle one of the swept shares of hidden joints."""
         of_occlusion = [condition for varied, condition in self.conditions if varied == "occlusion"]
         return of_occlusion[len(of_occlusion) // 2]
 
     def ways(self, people: np.ndarray) -> tuple[list[LeaveOut], list[str]]:
-        """Return the kinds of leave-out that are possible with these people, and remarks on impossible ones."""
+        """Return the choices of held-out data that are possible in this data set, and remarks on impossible ones."""
         if LeaveOut.person not in self.leave_out or len(np.unique(people)) > 1:
             return list(self.leave_out), []
         if self.leave_out == [LeaveOut.person]:
@@ -118,7 +118,7 @@ class HeldOutTracking(Sweep):
         return [LeaveOut.performance], ["tracking: there is only one person, so no person is left out"]
 
     def measure(self, inputs: ActionInputs) -> TrackingErrors:
-        """Return the tracking errors; each model is learnt from the performances that are not held out.
+        """Return the tracking errors of every method, with models that are learnt without the tracked performance.
 
         Raises
         ------

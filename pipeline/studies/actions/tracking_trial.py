@@ -29,7 +29,7 @@ class Condition:
 
 
 FILTERS = ("prior", "no_prior", "no_prior_own_step")
-"""Particle filters: with the prior, and random walks with two step sizes.
+"""Particle filters: one with the prior, and two random walks with different step sizes.
 
 Without the prior, the step size is the diffusion of the prior (``no_prior``) or that of the data
 (``no_prior_own_step``).
@@ -40,7 +40,7 @@ METHODS = (*FILTERS, "mean_linear_phase", "mean_best_phase")
 
 @dataclass(frozen=True)
 class Tracked:
-    """Tracks of one performance by K methods under several conditions.
+    """Tracks of one performance by K methods under several conditions of noise, occlusion and particle number.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class Tracked:
 
 @dataclass(frozen=True)
 class Trial:
-    """One performance in front of the camera, with all that is needed to track it.
+    """One performance in front of the camera, with the model, view angle and random seeds for tracking.
 
     Attributes
     ----------
@@ -83,7 +83,7 @@ class Trial:
     occlusion_frames: float
 
     def all(self, conditions: list[Condition], displayed: Condition) -> Tracked:
-        """Return the tracks by every method under every condition."""
+        """Return the tracks of the performance by every method under every condition."""
         true, body, space = self.performance.joints_mm, self.performance.body, self.held_out.action.space
         means = self._mean_alone()
         projected = self.held_out.joints(space.project(self.performance.postures), body)
@@ -143,7 +143,7 @@ class Trial:
         )
 
     def _mean_alone(self) -> list[np.ndarray]:
-        """Return the mean performance with the tracked body, at a constant rate and at the best phase of each frame.
+        """Return the mean performance with the tracked body's limb lengths, at constant rate and at the best phases.
 
         The best phase is that of the mean posture nearest to the true posture.
         """

@@ -1,4 +1,4 @@
-"""Baseline of synchronization: performances without timing errors, which are synchronized nevertheless.
+"""Baseline of synchronization: the variance that it removes from performances without timing errors.
 
 Every performance is brought to a common time, then synchronized again, by key-frames and automatically.  The variance
 that this removes comes from differences of posture, not of time.

@@ -1,1 +1,1 @@
-"""Fourier representations of walks and the eigenwalkers of each fold, which several studies share."""
+"""Fourier representations of walks and their eigenwalkers, which the studies of walks use."""

@@ -1,4 +1,4 @@
-"""Average walker and eigenwalkers of all walkers and of each fold: zhang2007 3.3, zhang2004 section 3."""
+"""Average walker and eigenwalkers of all walkers, and without each person: zhang2007 3.3, zhang2004 section 3."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pipeline.studies.study import Model, part, stack
 from pipeline.validation import Count, InvalidInput, Positive
 
 BLOCK = 64
-"""Number of folds that are computed together, as one block."""
+"""Number of leave-one-person-out models that are computed together."""
 
 Divisor = StrEnum("Divisor", {"R-1": "R-1", "R": "R"})
 Divisor.__doc__ = """Divisor of the covariance, which the papers do not state."""
@@ -24,7 +24,7 @@ Divisor.__doc__ = """Divisor of the covariance, which the papers do not state.""
 
 @dataclass(frozen=True)
 class Eigenwalkers:
-    """Linear models of all walkers and of all leave-one-person-out folds.
+    """Linear model of all walkers, and one linear model for each walker without that walker's person.
 
     Attributes
     ----------
@@ -50,12 +50,12 @@ class Eigenwalkers:
     remarks: list[str]
 
     def fold(self, walker: int) -> LinearModel:
-        """Return the model trained on all walkers but one."""
+        """Return the model that is learnt without the person of one walker."""
         return part(self.folds, walker)
 
     @property
     def kept(self) -> int:
-        """Number of eigenwalkers in the model of each fold."""
+        """Number of eigenwalkers in each leave-one-person-out model."""
         return self.folds.components.shape[1]
 
 
@@ -71,7 +71,7 @@ class EigenwalkersModel(Model):
     omega_scale_mm: Positive | None = 1.0  # null: equal to the mean variance of the other numbers
 
     def training(self, dataset: FourierSamples) -> tuple[np.ndarray, dict[str, Any]]:
-        """Return the samples (R, D) and the other arguments of `linear_model.leave_one_out`, without the groups."""
+        """Return the walkers as rows (R, D), and the options for learning with `linear_model.leave_one_out`."""
         rate = dataset.frequency_hz if dataset.frequency else None
         samples = linear_model.flatten(dataset.coefficients, rate)
         mirrors = linear_model.flatten(fourier.mirrored(dataset.coefficients), rate) if self.mirror else None
@@ -79,7 +79,7 @@ class EigenwalkersModel(Model):
         return samples, {"mirrors": mirrors, "divisor": self.divisor.value, "scale_last": scale_last}
 
     def learn(self, dataset: FourierSamples, *, workers: int) -> Eigenwalkers:
-        """Return the model of all walkers and the models of all folds."""
+        """Return the model of all walkers and the leave-one-person-out models."""
         samples, how = self.training(dataset)
         mirrors = how["mirrors"]
         people = len(np.unique(dataset.person))

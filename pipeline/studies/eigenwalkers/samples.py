@@ -18,50 +18,50 @@ from pipeline.validation import Count
 
 
 class Origin(StrEnum):
-    """Origin of the world frame."""
+    """Origin of the coordinates of a walk."""
 
     pelvis_mean = "pelvis_mean"
     floor = "floor"
 
 
 class Size(StrEnum):
-    """Normalisation of body size."""
+    """Normalisation of the body size of walkers."""
 
     absolute = "absolute"
     stature = "stature"
 
 
 class Pelvis(StrEnum):
-    """Definition of the pelvis."""
+    """Definition of the pelvis point of a walker."""
 
     measured = "measured"
-    """Pelvis point of the skeleton mapping."""
+    """The pelvis point that the skeleton mapping computes."""
     hips = "hips"
     """Midpoint between the hips."""
     above = "above"
-    """Point above the midpoint of the hips, at the height that the published average walker of zhang2007 has."""
+    """Point above the midpoint of the hips, at the height of the published average walker of zhang2007."""
 
 
 class Sternum(StrEnum):
-    """Definition of the sternum."""
+    """Definition of the sternum point of a walker."""
 
     measured = "measured"
-    """Sternum point of the skeleton mapping."""
+    """The sternum point that the skeleton mapping computes."""
     below_shoulders = "below_shoulders"
-    """Point below the midpoint of the shoulders, at the distance that the published average walker has."""
+    """Point below the midpoint of the shoulders, at the distance of the published average walker of zhang2007."""
 
 
 class Selection(StrEnum):
-    """Selection among the walks of each person."""
+    """Choice of the walks of each person that are used."""
 
     best = "best"
-    """Walk that two harmonics fit best."""
+    """The walk of each person that has the smallest residual from a fit by two harmonics."""
     all = "all"
 
 
 @dataclass(frozen=True)
 class FourierSamples:
-    """Fourier representations of the chosen walks.
+    """Fourier representations of the selected walks.
 
     Attributes
     ----------
@@ -104,7 +104,7 @@ class FourierSamples:
 
 @dataclass(frozen=True, kw_only=True)
 class RepresentedWalks(Walks):
-    """Walks with their Fourier representations; the joint positions have been discarded.
+    """Walks with their Fourier representations but without their joint positions.
 
     Attributes
     ----------
@@ -118,7 +118,7 @@ _Series: TypeAlias = fourier.FourierRepresentation
 
 
 class FourierDataset(Dataset):
-    """Options of the Fourier representations of steady walks."""
+    """Options of the dataset with the Fourier representations of steady walks."""
 
     corpus = WALKS
 
@@ -131,7 +131,7 @@ class FourierDataset(Dataset):
     walks: Selection = Selection.best
 
     def shared(self) -> FourierDataset:
-        """Return the options without `frequency`.
+        """Return a copy of the options with `frequency` turned off, so that both choices share one Fourier fit.
 
         Every sample contains the frequency, and the option only decides if it belongs to the vector.
         """
@@ -160,7 +160,7 @@ class FourierDataset(Dataset):
         frequency_hz: float,
         dropped: np.ndarray | slice = slice(0),
     ) -> _Series:
-        """Return the Fourier representation of a walk, before body size is normalised."""
+        """Return the Fourier representation of a walk in millimetres, before any normalisation of body size."""
         walk = redefine(motion, pelvis=self.pelvis.value, sternum=self.sternum.value)
         centred = set_origin(walk, origin=self.origin.value)
         # A dropped joint is a constant that is the same for all walks and so has no effect.
@@ -181,7 +181,7 @@ class FourierDataset(Dataset):
     def _samples(
         self, clips: Walks, representation: Callable[[int], _Series], workers: int = 1
     ) -> FourierSamples:
-        """Return the samples of the selected walks, from a function that represents one walk."""
+        """Return the samples of the selected walks, each represented by a function of the index of the walk."""
         numbers = _choose(clips.person, clips.residual_share, self.walks)
         stature = clips.stature_mm
         normalised = self.size is Size.stature
@@ -189,7 +189,7 @@ class FourierDataset(Dataset):
         series = map_processes(representation, numbers, workers)
 
         def stack(name: str, power: int = 0) -> np.ndarray:
-            """Return one field of all representations as an array, multiplied by a power of each walk's size factor."""
+            """Return one field of all representations as an array, times a power of each walk's scale factor."""
             return np.stack(
                 [getattr(s, name) * scale[walk] ** power for walk, s in zip(numbers, series, strict=True)]
             )
@@ -216,7 +216,7 @@ class FourierDataset(Dataset):
 
 
 def _choose(person: np.ndarray, residual_share: np.ndarray, walks: Selection) -> list[int]:
-    """Indices of the selected walks: all walks, or for each person the walk that two harmonics fit best."""
+    """Indices of the selected walks: all walks, or one walk of each person, the one with the smallest residual."""
     if walks is Selection.all:
         return list(range(len(person)))
     best: dict[str, int] = {}

@@ -1,4 +1,4 @@
-"""Study of limbs: articulated motion from a single camera by trajectory bases [park2011]."""
+"""Study of limbs: reconstruction of articulated motion from one camera with trajectory bases [park2011]."""
 
 from pipeline.studies.limbs import measures
 from pipeline.studies.limbs.dataset import LimbDataset

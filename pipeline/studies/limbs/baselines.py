@@ -1,4 +1,4 @@
-"""Baselines for the reconstruction errors of limbs.
+"""Baseline positions of limbs, with which the reconstruction errors of the method are compared.
 
 hanging    trunk and head straight up, arms and legs straight down, from the given root and with the given lengths.  No
            image is used.  The heading of the body is unknown too, so hips and shoulders stay in the middle.
@@ -21,7 +21,7 @@ STYLES = tuple(
     Style(label, "baseline", line=line, interval=False)
     for label, line in (("hangs straight down", "dotted"), ("mean pose", "dashed"))
 )
-"""Styles of the two baselines, the hanging skeleton and the mean pose."""
+"""Chart styles of the two baselines: a skeleton that hangs from its root, and the mean pose."""
 
 _UPWARDS = {"sternum": 1.0, "head": 1.0, "elbow": -1.0, "wrist": -1.0, "knee": -1.0, "ankle": -1.0}
 
@@ -31,18 +31,18 @@ HANGING = np.array(
         for limb in WALKER14.limbs
     ]
 )
-"""Unit direction (14, 3) of every limb of a hanging skeleton; zero for the limbs to hips and shoulders."""
+"""Unit direction (14, 3) of every limb of a hanging skeleton; zero for the limbs from pelvis to hips and shoulders."""
 
 
 def hanging(root: np.ndarray, lengths: np.ndarray) -> np.ndarray:
-    """Return positions (F, 15, 3), mm, of a skeleton with limb lengths (14,), mm, that hangs from a root (F, 3), mm."""
+    """Return the positions (F, 15, 3), mm, of a skeleton that hangs motionless from a moving root (F, 3), mm."""
     return forward(WALKER14, root, np.broadcast_to(lengths[:, None] * HANGING, (len(root), *HANGING.shape)))
 
 
 def random_signs(
     camera: Pinhole, images: np.ndarray, root: np.ndarray, lengths: np.ndarray, generator: np.random.Generator
 ) -> np.ndarray:
-    """Return positions (F, 15, 3), mm, in which every limb uses one of its two candidates at random.
+    """Return positions (F, 15, 3), mm, with each limb's end at a random one of its two ray-sphere intersections.
 
     The candidates are the intersections of the rays through images (F, 15, 2), px, with the spheres of the limbs.
     """
@@ -56,13 +56,13 @@ def random_signs(
 
 
 def mean_pose(root: np.ndarray, truth: np.ndarray) -> np.ndarray:
-    """Return positions (F, 15, 3), mm, of the mean true pose in every frame, moved along with a root (F, 3), mm."""
+    """Return the positions (F, 15, 3), mm, of the mean true pose, moved along with a root (F, 3), mm."""
     about = truth - truth[:, [ROOT]]
     return root[:, None] + about.mean(axis=0)
 
 
 def limb_errors(trial: LimbTrial, *, moved: np.ndarray | float = 0.0, scale: float = 1.0) -> dict[str, float]:
-    """Return the mean distance of a limb from the truth for each baseline, relative to the limb's length.
+    """Return, for each baseline, the mean distance of a limb's end from the true end, relative to the limb's length.
 
     Parameters
     ----------

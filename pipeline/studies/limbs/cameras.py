@@ -38,7 +38,7 @@ class Camera(StrEnum):
 
 
 class CameraSweep(Sweep):
-    """Options of sweeps with perspective cameras in front of a motion."""
+    """Options of the cameras in a sweep: kind of motion, distance, focal length and angle of movement."""
 
     draws_random_numbers = True
 
@@ -55,7 +55,7 @@ class CameraSweep(Sweep):
         *,
         azimuth_rad: float | None = None,
     ) -> Pinhole:
-        """Return a camera directed at the mean position of a moving root.
+        """Return a camera that is directed at the mean position of a moving root.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Stretches of equal length from clips of varied motion, as chains of limbs: park2011 section 3."""
+"""Motion stretches of equal length, cut from clips, for the reconstruction of limbs: park2011 section 3."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pipeline.validation import Count, InvalidInput, Positive, bounded
 
 @dataclass(frozen=True)
 class LimbStretches:
-    """Motion stretches of equal length, cut from clips.
+    """Motion stretches with equal numbers of frames, cut from clips.
 
     Attributes
     ----------
@@ -45,7 +45,7 @@ class LimbStretches:
     remarks: list[str]
 
     def seed_label(self, number: int) -> str:
-        """Return a label for random generators that identifies a stretch in any data set."""
+        """Return a text that identifies a motion stretch, for the seed of a random generator."""
         return f"{self.source[number]}:{self.clip[number]}:{self.start_s[number]:g}"
 
 

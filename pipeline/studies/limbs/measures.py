@@ -1,4 +1,4 @@
-"""Measures of the tables of limbs: park2011."""
+"""Measures for the tables of the study of limbs, park2011."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from pipeline.studies.rows import (
 )
 
 PAPERS_ADJUSTMENT = "refined"
-"""Name of the paper's adjustment of the radius.
+"""Name of the paper's method to adjust the radius of a limb to its rays.
 
 If a ray misses the sphere, the radius is increased in all frames; then it is refined.
 """
 
 
 def dividing_reconstructibility(table: Table, found: float, error: str = "limb_error") -> Number:
-    """Reconstructibility that best separates limbs with an error below `found` from other limbs.
+    """Reconstructibility that best separates limbs with an error below a threshold from all other limbs.
 
     It puts the fewest limbs on the wrong side.  It is the geometric mean of two neighbours, and the middle one of
     several equally good values.  NaN if the error is below `found` for all limbs or for none.
@@ -43,7 +43,7 @@ def dividing_reconstructibility(table: Table, found: float, error: str = "limb_e
 
 
 def _dividing(eta: np.ndarray, right: np.ndarray, times: np.ndarray) -> float:
-    """Value that best divides limbs, which are sorted by reconstructibility and weighted by `times`."""
+    """Reconstructibility at which a threshold misclassifies the fewest limbs; `times` are the weights of the limbs."""
     if right.all() or not right.any():
         return np.nan
     # Wrong for a division at the k-th limb: successes below it, failures from it on.
@@ -83,7 +83,7 @@ def rank_correlation_of(table: Table, column: str, by: str, where: Expression = 
 
 
 def rank_correlation_within(table: Table, column: str, by: str, within: str) -> Number:
-    """Largest rank correlation between two columns among groups of rows; `within` is the column of the groups.
+    """Largest rank correlation between two columns among groups of rows; the column `within` names the group.
 
     Each replicate ignores the groups without rows.
     """
@@ -100,7 +100,7 @@ def rank_correlation_within(table: Table, column: str, by: str, within: str) -> 
 def _curve(
     table: Table, at: str, column: str, where: str, over: Callable[[Rows, np.ndarray], np.ndarray]
 ) -> tuple[Rows, np.ndarray, np.ndarray]:
-    """Selected rows, sorted values (V,) of the column `at`, and a statistic (B, V) of `column` at each value.
+    """Selected rows, distinct values (V,) of one column, and a statistic (B, V) of another column at each value.
 
     The arrays are empty if an entry of one of the columns is not finite.
     """
@@ -127,7 +127,7 @@ def _root_errors(table: Table, camera: str, error: str) -> tuple[Rows, np.ndarra
 
 
 def reliable_root_error(table: Table, camera: str, high: float, error: str = "child_error_ratio") -> Number:
-    """Largest error of the root up to which the child's median error never exceeds `high`.
+    """Largest error of the root up to which the median error of the limb's end does not exceed a bound.
 
     The value is 0 if the smallest error of the root already exceeds the bound.
     """
@@ -142,7 +142,7 @@ def reliable_root_error(table: Table, camera: str, high: float, error: str = "ch
 def least_unreliable_root_error(
     table: Table, camera: str, high: float, error: str = "child_error_ratio"
 ) -> Number:
-    """Smallest error of the root at which the child's median error is above `high`, or NaN without such an error."""
+    """Smallest error of the root at which the median error of the limb's end exceeds a bound; NaN if it never does."""
     rows, abscissa, curve = _root_errors(table, camera, error)
     if not abscissa.size:
         return rows.no_number
@@ -153,7 +153,7 @@ def least_unreliable_root_error(
 def _reliable_scales(
     table: Table, camera: str, found: float, error: str
 ) -> tuple[Rows, np.ndarray, np.ndarray]:
-    """Rows, scales (V,) of the radius, and a mask (B, V) of reliable scales.
+    """Table rows, relative radii (V,), and a mask (B, V) of the radii with almost the error of the true radius.
 
     At a reliable scale, the median error is at most `found` larger than at scale 1.
     """
@@ -165,7 +165,7 @@ def _reliable_scales(
 
 
 def least_reliable_scale(table: Table, camera: str, found: float, error: str = "limb_error") -> Number:
-    """Smallest scale of the radius from which all scales up to the true one, 1, are reliable.
+    """Smallest relative radius such that all radii up to the true one give almost the error of the true one.
 
     A scale is reliable if its median error is at most `found` larger than at scale 1.
     """
@@ -178,7 +178,7 @@ def least_reliable_scale(table: Table, camera: str, found: float, error: str = "
 
 
 def largest_reliable_scale(table: Table, camera: str, found: float, error: str = "limb_error") -> Number:
-    """Largest scale of the radius whose median error is at most `found` larger than at scale 1."""
+    """Largest relative radius whose median error exceeds that at the true radius by at most a tolerance."""
     rows, scales, reliable = _reliable_scales(table, camera, found, error)
     if not scales.size:
         return rows.no_number
@@ -190,7 +190,7 @@ def _finite(numbers: np.ndarray) -> np.ndarray:
 
 
 def mean_of_walking(table: Table, column: str, camera: str) -> Number:
-    """Mean of a column over the clips of walking, for one kind of camera."""
+    """Mean of a table column over the clips of walking, for one kind of camera."""
     rows = rows_of(table, f"camera == {camera!r}")
     require_columns(rows.frame, "action")
     walking = rows.frame["action"].astype(str).str.contains("walk", case=False).to_numpy(dtype=bool)

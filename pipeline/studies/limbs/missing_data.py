@@ -1,4 +1,4 @@
-"""Error of a whole skeleton against the share of image points that are missing: park2011 figure 3d.
+"""Error of a whole skeleton against the fraction of missing image points: park2011 figure 3d.
 
 As in the paper, lengths, images and root trajectory have errors, the camera is still, and joints are not constrained.
 We add errors with knees and elbows that flex one way, at one fraction.  Points are missing one by one at random, or
@@ -33,28 +33,28 @@ from pipeline.validation import Distinct, Increasing, NonNegative, bounded
 MAX_MISSING = 0.9
 
 SHOWN_FRACTION = 0.2
-"""Target for the missing fraction in the recording, which shows the nearest fraction of the sweep."""
+"""Missing fraction that the recording shows; the nearest fraction of the sweep is used."""
 
 HINGED_FRACTION = 0.05
-"""Missing fraction in the paper; hinges are also tested at the nearest fraction of the sweep."""
+"""Missing fraction in the paper, at which skeletons are also reconstructed with hinges at knees and elbows."""
 
 CHECKS_PER_FRAME = 10
-"""Number of times per frame at which limb lengths are checked."""
+"""Number of instants per frame at which changes of limb lengths are measured."""
 
 
 Missing = Annotated[float, bounded(at_least=0, at_most=MAX_MISSING)]
 
 
 class Pattern(StrEnum):
-    """Pattern in which points are missing."""
+    """Pattern in which image points of a joint are missing over time."""
 
     random = "random"
-    """Single frames, drawn independently for each joint."""
+    """Missing frames are drawn independently for each joint."""
     block = "block"
-    """One run of successive frames for each joint."""
+    """Missing frames of each joint are one run of successive frames."""
 
     def hides(self, frames: int, joints: int, fraction: float, generator: np.random.Generator) -> np.ndarray:
-        """Return a mask (F, J) of missing points; it includes all points that are missing at a smaller fraction."""
+        """Return a mask (F, J) of missing points; a larger fraction adds points and removes none."""
         count = round(fraction * frames)
         missing = np.zeros((frames, joints), bool)
         for joint in range(joints):
@@ -69,7 +69,7 @@ class Pattern(StrEnum):
 
 @dataclass(frozen=True)
 class MissingDataErrors:
-    """Errors of every skeleton at every missing fraction and pattern, and one skeleton for display.
+    """Errors of every skeleton for each fraction and pattern of missing points, and one skeleton for display.
 
     Attributes
     ----------
@@ -100,7 +100,7 @@ class MissingDataErrors:
 
 @dataclass(frozen=True)
 class Scene:
-    """One motion stretch in front of one camera, with errors in the image, the root and the lengths.
+    """One motion stretch in front of one camera, with image noise, a wrong root trajectory and wrong limb lengths.
 
     Attributes
     ----------
@@ -129,7 +129,7 @@ class Scene:
     true_lengths: np.ndarray
 
     def hidden(self, pattern: Pattern, fraction: float, seed: int) -> np.ndarray:
-        """Return a mask (F, 15) of missing points, in which the root is never missing."""
+        """Return a mask (F, 15) of missing image points; the root is never missing."""
         generator = derive_generator(seed, f"sweep:missing:{self.number}:{pattern}")
         frames, joints = self.positions.shape[:2]
         missing = pattern.hides(frames, joints, fraction, generator)
@@ -156,7 +156,7 @@ class MissingDataSweep(LimbSweep):
     time_limit_s: NonNegative = 0.0  # 0: signs of the first search, without certificates
 
     def measure(self, inputs: LimbInputs) -> MissingDataErrors:
-        """Return the errors of every skeleton at every missing fraction and pattern."""
+        """Return the errors of every skeleton for each fraction and pattern of missing points."""
         basis = inputs.model_options.limb_basis()
         seed, trials = inputs.seed, int(np.ceil(self.share * self.trials))
         scenes = [self.scene(inputs.dataset, basis, number, seed) for number in range(trials)]
@@ -224,7 +224,7 @@ class MissingDataSweep(LimbSweep):
         )
 
     def scene(self, stretches: LimbStretches, basis: TrajectoryBasis, number: int, seed: int) -> Scene:
-        """Return the scene with the given index; the cameras alternate from one scene to the next."""
+        """Return one motion stretch in front of one camera; scenes with successive numbers use different cameras."""
         generator = derive_generator(seed, f"sweep:scene:{number}")
         stretch = generator.integers(len(stretches.positions))
         body, lengths = stretches.positions[stretch], stretches.lengths_mm[stretch]
@@ -245,7 +245,7 @@ class MissingDataSweep(LimbSweep):
         )
 
     def options(self, basis: TrajectoryBasis) -> Options:
-        """Return the options of a reconstruction that treats limb by limb and then refines all limbs together."""
+        """Return the options of a reconstruction that first treats each limb alone, then refines all limbs together."""
         return Options(
             basis,
             adjust=self.adjust,
@@ -313,7 +313,7 @@ def _relative(off: np.ndarray, true: np.ndarray) -> float:
 
 
 def length_violations(refined: Refinement, basis: TrajectoryBasis) -> tuple[float, float]:
-    """Return the largest relative change of a limb length, for spherical and for Cartesian trajectories.
+    """Return the largest relative change of a limb length, from spherical and from Cartesian trajectory coefficients.
 
     Lengths are checked at frames and between them.  Cartesian trajectories are coordinates in the same basis, fitted to
     the relative trajectories at the frames.

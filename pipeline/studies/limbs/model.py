@@ -1,4 +1,4 @@
-"""Trajectory basis and its residual for the true limbs: park2011 section 2.
+"""Trajectory basis of cosines, and how well it represents the true limb trajectories: park2011 section 2.
 
 The basis is fixed, so nothing is learnt.
 """
@@ -19,23 +19,23 @@ from pipeline.validation import Count, Positive, require_range
 
 
 class Basis(StrEnum):
-    """Constraint that keeps a trajectory smooth."""
+    """Method to keep trajectories smooth."""
 
     hard = "hard"
-    """K cosines with free coefficients, as in the paper."""
+    """The trajectory is any combination of K cosines, as in the paper."""
     soft = "soft"
-    """K cosines with the ridge penalty (k / softness)^6 on the coefficient of cosine k."""
+    """The coefficient of cosine k has the ridge penalty (k / softness)^6."""
 
 
 @dataclass(frozen=True)
 class BasisFit:
-    """Residual of the true limbs in the basis, in words."""
+    """Caption text on the residual of the true limb trajectories outside the trajectory basis."""
 
     words: str
 
 
 class TrajectoryBasisModel(Model):
-    """Options of the trajectory basis; learning only computes the residual of the true limbs."""
+    """Options of the trajectory basis, which is fixed and not learnt."""
 
     dataset = LimbDataset
 
@@ -45,7 +45,7 @@ class TrajectoryBasisModel(Model):
 
     @property
     def cutoff(self) -> float | None:
-        """Cutoff of a soft basis, or None for a hard basis."""
+        """Cutoff of a soft trajectory basis, in cosines; None for a hard basis."""
         return self.softness if self.basis is Basis.soft else None
 
     def limb_basis(self) -> TrajectoryBasis:
@@ -53,7 +53,7 @@ class TrajectoryBasisModel(Model):
         return TrajectoryBasis(self.components, self.cutoff)
 
     def learn(self, dataset: LimbStretches, *, workers: int) -> BasisFit:
-        """Return the residual of the true limbs in the basis, in words."""
+        """Return a caption text on the residual of the true limb trajectories outside the trajectory basis."""
         frames = dataset.positions.shape[1]
         relative = np.stack([relative_trajectories(WALKER14, p) for p in dataset.positions])
         full_basis = trajectory_basis.cosine_basis(frames, frames)

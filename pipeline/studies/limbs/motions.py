@@ -64,35 +64,35 @@ CHILDREN = WALKER14.ends[:, 1]
 _THIGHS = ("left_knee", "right_knee")
 
 MAX_RATIO = 1e6
-"""Limit to which ratios in tables are clipped; they are unbounded if the truth lies in the basis."""
+"""Upper limit of ratios in tables, such as reconstructibility, which can be infinite."""
 
 ARRAYS = ("positions", "images", "camera_matrix", "azimuth_rad", "mirror_margin")
-"""Names of the arrays of `Motions` that are filled clip by clip and camera by camera."""
+"""Names of the arrays of `Motions` that have a value for each clip and camera."""
 
 
 class Lengths(StrEnum):
-    """Source of the limb lengths."""
+    """Source of the limb lengths for a reconstruction."""
 
     true = "true"
     anthropometric = "anthropometric"
-    """Lengths with anthropometric ratios, scaled to the true length of the thighs."""
+    """Lengths have standard body proportions, and the true length of the thighs sets the scale."""
     estimated = "estimated"
-    """Lengths estimated from the rays."""
+    """Lengths are estimated from the rays of the image points."""
 
 
 class Root(StrEnum):
-    """Source of the trajectory of the root."""
+    """Source of the root trajectory for a reconstruction."""
 
     true = "true"
     unit_depth = "unit_depth"
-    """Image of the root, back-projected at its depth in the middle frame.
+    """The root lies on the rays of its image points, at the depth that it has in the middle frame.
 
     If the camera moves, the true trajectory is used.
     """
 
 
 class MotionsSweep(CameraSweep):
-    """Options of reconstructing whole skeletons from a still, a moving and a shaky camera."""
+    """Options of the reconstruction of whole skeletons from a still, a moving and a shaky camera."""
 
     clips: CountOrAll = scaled(value="clips")  # number of clips, spread evenly; 0: all
     noise_px: NonNegative = 1.0  # noise of the image
@@ -105,7 +105,7 @@ class MotionsSweep(CameraSweep):
     papers_hinges: bool = False  # hinges in the paper's conditions
 
     def measure(self, inputs: LimbInputs) -> MotionsOfBoth:
-        """Return the reconstructions of clips; all cameras see a clip from the same side and with the same noise."""
+        """Return the reconstructions of all clips; for a clip, all cameras have the same azimuth and image noise."""
         stretches, basis = inputs.dataset, inputs.model_options.limb_basis()
         chosen = _liveliest(stretches, self.clips)
         as_in_the_paper = replace(  # information of [park2011 section 5.2]
@@ -160,7 +160,7 @@ class MotionsSweep(CameraSweep):
 
 
 def _liveliest(stretches: LimbStretches, count: int) -> np.ndarray:
-    """Indices (N,) of the stretch with the most motion about the pelvis, for clips spread evenly over all clips."""
+    """Indices (N,) of the stretch with most motion about the pelvis in each clip; clips are selected at equal steps."""
     moves = np.diff(stretches.positions - stretches.positions[:, :, [ROOT]], axis=1)
     speed = np.square(moves).sum(axis=(1, 2, 3))
     stretch_numbers = []
@@ -171,7 +171,7 @@ def _liveliest(stretches: LimbStretches, count: int) -> np.ndarray:
 
 
 def _objective(choice: LimbChoice) -> float:
-    """Return the squared residual, mm², of a limb's trajectory in the basis, over the frames that are used."""
+    """Return the squared residual, mm², of a limb trajectory outside the basis, over the frames with an image."""
     chosen, rows = choice.relative[choice.used], choice.basis.rows(len(choice.used), choice.used)
     return np.sum(chosen**2) - np.sum((rows.T @ chosen) ** 2)
 
@@ -202,7 +202,7 @@ class _Reconstruction:
             self.root = camera.back_project(images[:, ROOT], depth)
 
     def prepared(self, root: np.ndarray | None = None) -> Reconstruction:
-        """Return the reconstruction, prepared with the root (F, 3), mm, or by default with the root of the options."""
+        """Return the reconstruction problem for a root trajectory (F, 3), mm, by default the root of the options."""
         options = Options(
             self.basis,
             noise_px=self.options.noise_px,
@@ -213,7 +213,7 @@ class _Reconstruction:
         return prepared(self.images, self.camera, trajectory, self.lengths, options)
 
     def in_papers_conditions(self, generator: np.random.Generator) -> dict[str, float]:
-        """Return the errors of the method and of baselines under the paper's conditions."""
+        """Return the errors of the method and of baselines with only the information that the paper's method has."""
         true_root = self.truth[:, ROOT]
         skeleton = self.prepared()
         estimate = skeleton.whole()
@@ -235,7 +235,7 @@ class _Reconstruction:
         }
 
     def camera_outside_basis(self) -> float:
-        """Return the relative residual in the basis of the camera's path, after its mean is subtracted.
+        """Return the residual of the camera path outside the trajectory basis, relative to the path's size.
 
         The residual is 0 for a still camera.
         """
@@ -248,11 +248,11 @@ class _Reconstruction:
         return outside(self.basis.rows(len(used), used), about) / size
 
     def error_mm(self, positions: np.ndarray) -> float:
-        """Return the mean distance, mm, between estimated and true joints without the root, relative to the root."""
+        """Return the mean distance, mm, of estimated from true joints relative to the root; the root is not counted."""
         return error_about_root(positions, self.truth)[:, CHILDREN].mean()
 
     def both_variants(self, keys: dict[str, str]) -> list[dict[str, Any]]:
-        """Return the arrays and table rows of two variants, without and with trials of mirrored limbs.
+        """Return arrays and table rows of two reconstructions, without and with trials of mirrored limbs.
 
         Both start from the same choices and the same refinement, which are computed once.
         """
@@ -273,7 +273,7 @@ class _Reconstruction:
     def reconstructed(
         self, skeleton: Reconstruction, eta: list[Reconstructibility], keys: dict[str, Any]
     ) -> dict[str, Any]:
-        """Return the arrays and table rows of one variant.
+        """Return arrays and table rows of one reconstruction, without or with trials of mirrored limbs.
 
         Only the variant without trials of mirrors has separate certificates.
         """
@@ -331,7 +331,7 @@ class _Reconstruction:
     def certificates(
         self, estimate: Articulated, lengths: np.ndarray, separate: bool
     ) -> dict[str, np.ndarray]:
-        """Return the mirror margins, objectives and lower bounds of all limbs (14,), for limb lengths (14,), mm."""
+        """Return the mirror margin, the objective and its lower bound for each of the 14 limbs."""
         options = self.options
         anchored = np.empty_like(self.truth)
         anchored[:, ROOT] = self.root

@@ -1,4 +1,4 @@
-"""Error of one limb against one swept source of error: park2011 section 5.1, figures 3b and 3c.
+"""Error of one limb when its parent or its radius is wrong: park2011 section 5.1, figures 3b and 3c.
 
 `RootErrorSweep` sweeps the error of the parent's trajectory, `RadiusScaleSweep` the scale of the assumed
 radius.  In the paper the scale is that of the start: the radius is adjusted to the rays, then refined with the
@@ -31,7 +31,7 @@ from pipeline.validation import Distinct, Increasing, NonNegative, Positive
 
 @dataclass(frozen=True)
 class SweptErrors:
-    """Errors of all trials from all cameras at every point of a sweep, and one trial for display.
+    """Errors of all trials from all cameras for each value of the varied quantity, and one trial for display.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ def measured(
     *,
     every: int = 1,
 ) -> SweptErrors:
-    """Return the errors of all trials at every point of a sweep.
+    """Return the errors of all trials for each value of the varied quantity.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def measured(
 
 
 class RootErrorSweep(LimbSweep):
-    """Options of the sweep over the error of the parent's trajectory, relative to the limb's length."""
+    """Options of the sweep over the error of the parent's trajectory, relative to the length of the limb."""
 
     ratios: Increasing[NonNegative] = [  # root mean square error of the root, relative to the length of the limb
         0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5,
@@ -87,7 +87,7 @@ class RootErrorSweep(LimbSweep):
     adjust: Adjustment = Adjustment.per_frame
 
     def measure(self, inputs: LimbInputs) -> SweptErrors:
-        """Return the errors of all trials for every error of the parent; in a trial, this error varies only in size."""
+        """Return the errors of all trials for each size of the parent's error, whose shape is fixed in each trial."""
         basis = inputs.model_options.limb_basis()
 
         def errors_of(trial: LimbTrial) -> list[dict[str, Any]]:
@@ -116,13 +116,13 @@ class RootErrorSweep(LimbSweep):
 
 
 REFINED = "refined"
-"""Name of the paper's treatment: the radius is adjusted in all frames and refined with the trajectory.
+"""Name of the paper's procedure: adjust the radius in all frames, then refine it with the trajectory.
 
 Certificates describe the start of the refinement.
 """
 
 MAX_STEPS = 100
-"""Largest number of steps of a refinement.
+"""Largest number of iterations of the refinement of a limb.
 
 With a shaky camera most refinements end after 50 steps.  With a still camera many would take hundreds of steps, with
 hardly any change of the image.
@@ -135,10 +135,10 @@ STYLES = {
     "robust": _ADJUSTED(f"one for {100.0 * ROBUST_QUANTILE:g} % of the frames", "green"),
     "per_frame": _ADJUSTED("longer where a ray misses", "orange"),
 }
-"""Styles of the treatments of the radius, by name."""
+"""Chart styles of the procedures that estimate the radius, by name."""
 
 ANY_FACTOR = 100.0
-"""Largest factor by which refinement may change the radius, so that every scale can reach the true radius."""
+"""Largest factor by which the refinement may change the radius of a limb."""
 
 
 class RadiusScaleSweep(LimbSweep):
@@ -153,7 +153,7 @@ class RadiusScaleSweep(LimbSweep):
     noise_px: NonNegative = 0.0  # noise of the image
 
     def measure(self, inputs: LimbInputs) -> SweptErrors:
-        """Return the errors of all trials for every scale and every treatment of the radius."""
+        """Return the errors of all trials for each relative radius and each procedure that estimates the radius."""
         basis = inputs.model_options.limb_basis()
 
         def errors_of(trial: LimbTrial) -> list[dict[str, Any]]:
@@ -164,12 +164,12 @@ class RadiusScaleSweep(LimbSweep):
 
     @property
     def ways(self) -> list[str]:
-        """Names of the treatments of the radius: refinement, then each adjustment without refinement."""
+        """Names of the procedures that estimate the radius: refinement, then each adjustment without refinement."""
         return [REFINED, *map(str, self.adjusts)]
 
 
 Score = tuple[dict[str, float], float, np.ndarray]
-"""Errors by name, radius, mm, and relative trajectory (F, 3), mm."""
+"""Errors by name, estimated radius, mm, and estimated trajectory (F, 3) relative to the parent, mm."""
 
 
 class _Ways:
@@ -183,7 +183,7 @@ class _Ways:
         self.scores: dict[tuple[float, bool], Score] = {}
 
     def errors(self, scale: float, way: str) -> dict[str, Any]:
-        """Return the errors at one scale of the assumed radius, with the errors of baselines at the same scale."""
+        """Return the errors of one limb and of the baselines, for one value of the assumed relative radius."""
         sweep, trial, refined = self.sweep, self.trial, way == REFINED
         adjust = sweep.adjusts[0] if refined else Adjustment(way)
         hits = on_sphere(self.rays, scale * trial.length, adjust=adjust)
@@ -214,7 +214,7 @@ class _Ways:
         return limb_errors(self.trial, choice), choice.hits.radius, choice.relative
 
     def _refined(self, choice: LimbChoice) -> Score:
-        """Return the score after angles and radius are refined together by the reprojection error [park2011 5]."""
+        """Return the errors after a refinement of angles and radius by the reprojection error [park2011 5]."""
         trial, frames = self.trial, len(choice.used)
         images = np.full((frames, 2, 2), np.nan)
         images[:, 1] = self.pixels

@@ -10,7 +10,7 @@ import pandas as pd
 
 @dataclass(frozen=True)
 class Motions:
-    """Reconstructions of N clips from C cameras.
+    """Reconstructions of N clips, each from C cameras.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class Motions:
 
 @dataclass(frozen=True)
 class MotionsOfBoth:
-    """Reconstructions in two variants, without and with trials of mirrored limbs in the whole skeleton.
+    """Reconstructions of clips by two methods, without and with trials of mirrored limbs.
 
     Attributes
     ----------

@@ -32,13 +32,13 @@ from pipeline.studies.limbs.trials import LimbInputs, LimbSweep, LimbTrial
 from pipeline.validation import Count, Distinct, NonNegative
 
 STARTS = ("programme", "random_signs", "mean_direction")
-"""Starting points of the refinement: the chosen candidates, random candidates, or a constant direction."""
+"""Initial trajectories of the refinement: the estimate, random mirror images in each frame, or a constant direction."""
 
 ROUNDING = 1e-12
-"""Tolerance for rounding errors of a matrix element, relative to the matrix's largest element."""
+"""Tolerance for rounding errors in a matrix, relative to its largest element."""
 
 SINGULAR = 1e-8
-"""Ratio of smallest to largest eigenvalue below which a matrix counts as singular.
+"""Ratio of the smallest to the largest eigenvalue below which a matrix counts as singular.
 
 It is about the square root of machine precision.
 """
@@ -102,7 +102,7 @@ class ReconstructibilitySweep(LimbSweep):
 
 
 def _compared_with_truth(trial: LimbTrial, choice: LimbChoice) -> dict[str, Any]:
-    """Return the results of one trial, which compare the estimate with the truth; objectives are in mm²."""
+    """Return the errors and reconstructibilities of one trial from its estimate and the truth; objectives in mm²."""
     hits, used, solution = choice.hits, choice.used, choice.solution
     signs = true_signs(choice, trial.relative)
     rows = choice.basis.rows(len(used), used)
@@ -141,7 +141,7 @@ def _compared_with_truth(trial: LimbTrial, choice: LimbChoice) -> dict[str, Any]
 def _from_each_start(
     trial: LimbTrial, choice: LimbChoice, *, noise_px: float, seed: int
 ) -> list[dict[str, Any]]:
-    """Return the results of the refinement, one row for each starting point in `STARTS`."""
+    """Return the results of the refinement, with a row for each initial trajectory in `STARTS`."""
     generator = derive_generator(seed, f"sweep:starts:{trial.number}:{trial.camera}")
     frames = len(choice.used)
     tossed = np.where(generator.random(choice.used.sum()) < 0.5, -1, 1)

@@ -1,4 +1,4 @@
-"""Errors of reconstructed limbs and skeletons, also up to the mirror ambiguity; lengths and smoothness."""
+"""Errors of reconstructed limbs and skeletons, before and after resolving the mirror ambiguity by the truth."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ SUCCESS = 0.1
 """Mean error, relative to the limb's length, below which a reconstruction counts as a success."""
 
 MIN_DRAWN = 1e-3
-"""Smallest error, relative to the limb's length, that logarithmic axes show; smaller errors are clamped."""
+"""Smallest relative limb error that logarithmic axes show; smaller errors are drawn at this value."""
 
 
 def limb_errors(
     trial: LimbTrial, choice: LimbChoice, *, parent: np.ndarray | None = None
 ) -> dict[str, float]:
-    """Return the errors of the chosen trajectory of one limb.
+    """Return the errors of the reconstructed trajectory of one limb.
 
     Parameters
     ----------
@@ -47,12 +47,12 @@ def limb_errors(
 
 
 def certificate(choice: LimbChoice) -> dict[str, float]:
-    """Return the certificate of the chosen signs, as in `BinarySolution`; objective and bound are in mm²."""
+    """Return the objective of the selected signs, its lower bound, mm², and True if the signs are proved optimal."""
     return {name: getattr(choice.solution, name) for name in ("proved", "objective", "lower_bound")}
 
 
 def distance(a: np.ndarray, b: np.ndarray) -> float:
-    """Return the mean distance, mm, between two trajectories (F, …, 3).
+    """Return the mean distance, mm, between the points of two trajectories (F, …, 3).
 
     Notes
     -----
@@ -62,7 +62,7 @@ def distance(a: np.ndarray, b: np.ndarray) -> float:
 
 
 def true_signs(choice: LimbChoice, relative: np.ndarray) -> np.ndarray:
-    """Return the signs (F,), -1 or +1, of the candidates nearer to the truth; +1 if both are equally near."""
+    """Return the signs (F,), -1 or +1, of the ray-sphere intersections that are nearer to the truth; +1 on ties."""
     along = ((relative - choice.hits.middle) * choice.hits.rays.direction).sum(axis=1)
     return np.where(along < 0, -1, 1)
 
@@ -76,7 +76,7 @@ def reconstructibility_of(choice: LimbChoice, relative: np.ndarray) -> Reconstru
 
 
 def better_of_mirrors(truth: np.ndarray, skeleton: Reconstruction) -> np.ndarray:
-    """Return positions (F, 15, 3), mm, in which each limb is the better of its estimate and its mirror image.
+    """Return positions (F, 15, 3), mm, where each limb is its estimate or its mirror image, whichever is nearer.
 
     The estimates are not refined.
 
@@ -98,7 +98,7 @@ def better_of_mirrors(truth: np.ndarray, skeleton: Reconstruction) -> np.ndarray
 
 
 def acceleration_ratio(positions: np.ndarray, truth: np.ndarray) -> np.ndarray:
-    """Return the ratio (…) of rms accelerations, reconstructions (…, F, 15, 3) to the truth (F, 15, 3).
+    """Return the ratio (…) of rms accelerations of reconstructions (…, F, 15, 3) to those of the truth (F, 15, 3).
 
     Positions are relative to the pelvis.
     """
@@ -119,6 +119,6 @@ def length_changes(positions: np.ndarray) -> np.ndarray:
 
 
 def error_about_root(positions: np.ndarray, truth: np.ndarray) -> np.ndarray:
-    """Return the distance (F, 15), mm, between estimated and true joints, after the pelvises are aligned."""
+    """Return the distance (F, 15), mm, between estimated and true joints after the pelvises are superimposed."""
     difference = positions - positions[:, [ROOT]] - (truth - truth[:, [ROOT]])
     return np.linalg.norm(difference, axis=-1)

@@ -1,4 +1,4 @@
-"""Trials with random limbs of random stretches, seen by cameras on random sides: park2011 section 5.1."""
+"""Trials that reconstruct a random limb of a random motion stretch from a random side: park2011 section 5.1."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ ROOT = WALKER14.joints.index(WALKER14.root)
 
 @dataclass(frozen=True)
 class LimbTrial:
-    """One limb of one stretch in front of one camera.
+    """One limb of one motion stretch in front of one camera.
 
     Attributes
     ----------
@@ -64,18 +64,18 @@ class LimbTrial:
 
     @property
     def keys(self) -> dict[str, Any]:
-        """Values by which a trial is identified in tables, by column."""
+        """Table columns that identify a trial, with their values."""
         limb = WALKER14.limbs[self.limb]
         return {"trial": self.number, "clip": self.clip, "limb": limb, "camera": self.camera}
 
     @property
     def relative(self) -> np.ndarray:
-        """True trajectory (F, 3), mm, of the limb's child relative to its parent."""
+        """True trajectory (F, 3), mm, of the limb's end relative to its parent joint."""
         return self.child - self.parent
 
 
 class LimbSweep(CameraSweep):
-    """Options of sweeps over one quantity that use the same limbs at every point."""
+    """Options of a sweep that varies one quantity and uses the same trials for each of its values."""
 
     trials: Annotated[int, bounded(at_least=1, at_most=1_000_000)] = scaled(
         value="trials"
@@ -84,7 +84,7 @@ class LimbSweep(CameraSweep):
     time_limit_s: NonNegative = 5.0  # nominal, per certificate (see `minimise`)
 
     def trial(self, stretches: LimbStretches, number: int, camera: Camera, seed: int) -> LimbTrial:
-        """Return the trial with the given number; its stretch, limb and side are the same for every camera."""
+        """Return the trial with this number; its stretch, limb and viewing side are the same for every camera."""
         generator = derive_generator(seed, f"sweep:limb:{number}")
         stretch = generator.integers(len(stretches.positions))
         limb = int(generator.integers(len(WALKER14.limbs)))
@@ -108,7 +108,7 @@ class LimbSweep(CameraSweep):
         )
 
     def every_trial(self, inputs: LimbInputs) -> list[LimbTrial]:
-        """Return all trials, sorted by camera and then by number."""
+        """Return all trials, sorted by camera and then by trial number."""
         return [
             self.trial(inputs.dataset, number, camera, inputs.seed)
             for camera in self.cameras
@@ -126,7 +126,7 @@ class LimbSweep(CameraSweep):
         scale: float = 1.0,
         time_limit_s: float | None = None,
     ) -> LimbChoice:
-        """Return the candidates that the binary programme chooses for the limb of a trial.
+        """Return the ray-sphere intersections that the binary programme selects for the limb of a trial.
 
         Parameters
         ----------
@@ -177,7 +177,7 @@ def wrong_trajectory(
 
 
 def stacked(rows: Sequence[Mapping[str, Any]], shape: Sequence[int]) -> dict[str, np.ndarray]:
-    """Return the results at all points of a grid, by name, in arrays whose first axes are the axes of the grid.
+    """Return results for all points of a grid as arrays by name; the first array axes are the axes of the grid.
 
     Parameters
     ----------

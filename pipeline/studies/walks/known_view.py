@@ -1,4 +1,4 @@
-"""Experiment 1: reconstruction of every walker from known views, by a model learnt without the walker.
+"""Experiment 1: reconstruction of every walker from known views, with a model learnt from other people.
 
 Section 4.2 of both papers.  Folds, view angles and sigma² are axes of arrays; folds run in parallel processes.
 """
@@ -29,14 +29,14 @@ from pipeline.validation import Distinct, Finite, Positive
 
 Inputs = SweepInputs[object, FourierSamples, Eigenwalkers]
 BLOCKS = 250
-"""Largest number of blocks of walkers.
+"""Largest number of blocks into which the walkers are divided for parallel computation.
 
 The result of a block, its summed errors at every view and sigma², has a size of one megabyte.
 """
 
 
 class Truth(StrEnum):
-    """Ground truth to which reconstructions are compared."""
+    """Ground truth with which reconstructions are compared."""
 
     motion = "motion"
     """Recorded motion, including the residual of the fit by two harmonics."""
@@ -44,7 +44,7 @@ class Truth(StrEnum):
 
 
 class MissingVariance(StrEnum):
-    """Variance by which absolute errors are divided to give relative errors."""
+    """Variance by which absolute errors are divided to obtain relative errors."""
 
     temporal = "temporal"
     """Variance over time of each joint, averaged over the joints."""
@@ -54,7 +54,7 @@ class MissingVariance(StrEnum):
 
 @dataclass(frozen=True)
 class MapErrors:
-    """Errors of approach II (MAP) for every value of sigma².
+    """Errors of approach II (MAP) for every noise variance sigma².
 
     Attributes
     ----------
@@ -74,7 +74,7 @@ class MapErrors:
 
 @dataclass(frozen=True)
 class KnownViewErrors:
-    """Errors of the two approaches and of baselines from every view, with reconstructions from some views.
+    """Errors of the two approaches and of baselines from every view, with the reconstructions from some views.
 
     Attributes
     ----------
@@ -119,7 +119,7 @@ class KnownViewErrors:
     stride_hz: np.ndarray
 
     def sigma2(self, walker: Sequence[str]) -> pd.DataFrame:
-        """Return the error of approach II, mean over views, in a row for each walker (R,) and sigma²."""
+        """Return a table of the error of approach II, averaged over views, for each walker and sigma²."""
         walkers, values = self.map_errors.walker_mm2.shape
         return pd.DataFrame(
             {
@@ -132,13 +132,13 @@ class KnownViewErrors:
         )
 
     def chosen(self, walker: Sequence[str]) -> pd.DataFrame:
-        """Return the rows of `sigma2` with the sigma² that is optimal for other people, one for each walker (R,)."""
+        """Return the errors of approach II with the sigma² that is best for other people, for each walker."""
         nested = self.map_errors.nested
         return self.sigma2(walker).iloc[np.arange(len(nested)) * len(self.sigma2_mm2) + nested]
 
 
 class _WalkErrors:
-    """Errors of one walk from A known views; phase and frequency are taken from the 3D motion.
+    """Errors of the reconstructions of one walk from A known views.
 
     Joints that were not measured are neither observed nor compared: errors that contain them are NaN.
 
@@ -185,33 +185,33 @@ class KnownView(Sweep):
     demonstration_views_deg: Distinct[Finite] = [0.0, 30.0, 90.0]  # views whose reconstructions are stored
 
     with_paths: ClassVar[bool] = True
-    """True if the sweep measures the errors of approach II for every sigma²."""
+    """True if the sweep measures the errors of approach II for every sigma², too."""
 
     def population_parts(self) -> list[Sweep]:
-        """Return two sweeps, one without the errors for every sigma² and one with nothing but such errors."""
+        """Return two sweeps: one without the errors of approach II for every sigma², and one for these errors only."""
         paths = _Paths(view_angle_deg=self.view_angle_deg, sigma2_mm2=self.sigma2_mm2, truth=self.truth)
         return [_WithoutPaths(**vars(self)), paths]
 
     def joined(self, parts: Sequence[Any]) -> KnownViewErrors:
-        """Return the errors joined from both parts; the errors for every sigma² may be absent."""
+        """Return the errors of both sweeps as one result; the errors for every sigma² may be absent."""
         errors_by_view: KnownViewErrors = parts[0]
         return replace(errors_by_view, map_errors=parts[1]) if len(parts) > 1 else errors_by_view
 
     def with_methods(self, names: Sequence[str]) -> KnownView:
-        """Return the sweep with the named methods added."""
+        """Return a copy of the sweep in which the named methods are compared too."""
         added = [method.name for method in methods.chosen(names)]
         return replace(self, methods=list(dict.fromkeys([*self.methods, *added])))
 
     def modules(self) -> list[str]:
-        """Return the modules that implement the selected methods."""
+        """Return the names of the modules that implement the selected methods."""
         return methods.modules(self.methods)
 
     def further_files(self, data: Data) -> dict[str, Path]:
-        """Return the files that the selected methods read."""
+        """Return the data files that the selected methods read."""
         return methods.files(self.methods)
 
     def measure(self, inputs: Inputs) -> KnownViewErrors:
-        """Return the errors of all methods from every view, and their reconstructions from the demonstration views."""
+        """Return the errors of all methods from every view, and reconstructions from the demonstration views."""
         view_deg = self.view_angle_deg.values("sweep.view_angle_deg")
         sigma2 = self.sigma2_mm2.values("sweep.sigma2_mm2")
         data, options = inputs.dataset, inputs.model_options
@@ -223,7 +223,7 @@ class KnownView(Sweep):
         total: np.ndarray = np.zeros((1, 1))
 
         def block(walkers: range) -> list[Any]:
-            """Return the results of `_fold` for a block of walkers.
+            """Return the results for a block of walkers, each with the model learnt from other people.
 
             The errors for every sigma² are averaged over views for each walker and summed over walkers for each view.
             """
@@ -269,7 +269,7 @@ class KnownView(Sweep):
         prepared: Mapping[str, Any],
         grids: tuple[np.ndarray, np.ndarray],
     ) -> tuple[dict[str, list[dict[str, Any]]], np.ndarray, np.ndarray, np.ndarray]:
-        """Return a walker's rows, missing dimensions (M, V, 5, 15), average walker and errors by sigma² (A, S)."""
+        """Return the results for one walker: table rows, reconstructed depths, average walker and errors by sigma²."""
         data, model, of_motion = inputs.dataset, inputs.model, self.truth is Truth.motion
         view_deg, sigma2 = grids
         fold, walk = methods.held_out(data, model, r, self.noise_variance_mm2)
@@ -333,7 +333,7 @@ class _WithoutPaths(KnownView):
 
 
 class _Paths(Sweep):
-    """Options of the part of the sweep that measures only the errors of approach II for every sigma²."""
+    """Options of the sweep that measures only the errors of approach II for every sigma²."""
 
     view_angle_deg: Swept = scaled(start=-90, stop=90, step="view_step_deg")
     sigma2_mm2: Swept = scaled(start=1, stop=625, step="sigma2_step_mm2")
@@ -359,6 +359,6 @@ class _Paths(Sweep):
 
 
 def _blocks(count: int) -> list[range]:
-    """Return ranges of walker indices, one for each block."""
+    """Return the ranges of walker indices into which the walkers are divided for parallel computation."""
     size = max(4, -(-count // BLOCKS))
     return [range(start, min(start + size, count)) for start in range(0, count, size)]

@@ -1,4 +1,4 @@
-"""Measures of the tables of walks: zhang2004 and zhang2007."""
+"""Measures for the tables of the study of walks, zhang2004 and zhang2007."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from pipeline.studies.measures import Count, distinct, mean, ratio_percent
 from pipeline.studies.rows import Expression, Number, Rows, Table, require_columns, rows_of, values, whole
 
 BANDS_DEG = {"frontal": (0.0, 10.0), "oblique": (30.0, 60.0), "profile": (80.0, 90.0)}
-"""Range of |view angle|, degrees, of each named view; the papers name the views without limits."""
+"""Range of absolute view angles, degrees, that each named view covers; the papers state no limits."""
 
 
 def representation_length(
     joints_table: Table, harmonics_table: Table, coordinates: int, frequency: bool = False
 ) -> Count:
-    """Length of a Fourier representation, joints × coordinates × (1 + 2 harmonics), from counts in tables.
+    """Length of a Fourier representation, from the numbers of joints, coordinates and harmonics in tables.
 
     With `frequency` the length is one more if the table of harmonics has a column ``frequency_hz``.
     """
@@ -27,14 +27,14 @@ def representation_length(
 
 
 def mean_in_band(table: Table, column: str, method: str, band: str) -> Number:
-    """Mean of a column over the views in a band, on both sides of the frontal view."""
+    """Mean of a column over the views of a named range, on both sides of the frontal view."""
     low, high = BANDS_DEG[band]
     rows = f"method == {method!r} and abs(view_angle_deg) >= {low} and abs(view_angle_deg) <= {high}"
     return mean(table, column, Expression(rows))
 
 
 def lowest_mean(table: Table, column: str, by: str, where: Expression) -> Number:
-    """Lowest of the means of a column in groups of rows; a group has one label in the column `by`."""
+    """Smallest of the means of a column in groups of rows; the column `by` names the group of a row."""
     rows = rows_of(table, where)
     require_columns(rows.frame, by)
     numbers = values(rows.frame, column)
@@ -66,7 +66,7 @@ def asymmetry_percent(table: Table, column: str, method: str) -> Number:
 
 
 def _mean_vectors(table: Table, method: str) -> tuple[Rows, np.ndarray]:
-    """Return the rows of a method, and the complex mean (B, V) of exp(i error) over walkers at each view."""
+    """Return the rows of a method, and the mean (B, V) over walkers of exp(i error) at each of V views."""
     rows = rows_of(table, f"method == {method!r}")
     angle = np.radians(values(rows.frame, "error_deg"))
     views, group = np.unique(values(rows.frame, "view_angle_deg"), return_inverse=True)
@@ -75,13 +75,13 @@ def _mean_vectors(table: Table, method: str) -> tuple[Rows, np.ndarray]:
 
 
 def angle_bias_deg(table: Table, method: str) -> Number:
-    """Absolute circular mean of the view-angle error over walkers, averaged over views, degrees."""
+    """Absolute circular mean, degrees, of the view-angle error over walkers, averaged over views."""
     rows, vectors = _mean_vectors(table, method)
     return rows.number(np.abs(np.degrees(np.angle(vectors))).mean(axis=1)) if vectors.size else rows.no_number
 
 
 def angle_spread_deg(table: Table, method: str) -> Number:
-    """Circular standard deviation of the view-angle error over walkers, averaged over views, degrees."""
+    """Circular standard deviation, degrees, of the view-angle error over walkers, averaged over views."""
     rows, vectors = _mean_vectors(table, method)
     if not vectors.size:
         return rows.no_number
@@ -89,7 +89,7 @@ def angle_spread_deg(table: Table, method: str) -> Number:
 
 
 def angle_error_median_deg(table: Table, method: str) -> Number:
-    """Median absolute view-angle error over walkers, averaged over views, degrees."""
+    """Median absolute view-angle error over walkers, degrees, averaged over views."""
     rows = rows_of(table, f"method == {method!r}")
     off, views = np.abs(values(rows.frame, "error_deg")), values(rows.frame, "view_angle_deg")
     if not (whole(off) and whole(views)):

@@ -27,7 +27,7 @@ from pipeline.validation import InvalidInput, require_choice, require_distinct
 
 @dataclass(frozen=True)
 class Reconstruction:
-    """Reconstructions of one walk, one for each of A views.
+    """Reconstructions of one walk from A view angles, one reconstruction for each view angle.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class Reconstruction:
 
 @dataclass(frozen=True)
 class Walk:
-    """Held-out walk that is observed from known views.
+    """Walk of a held-out person, which is observed from known views.
 
     Attributes
     ----------
@@ -62,13 +62,13 @@ class Walk:
     measured: np.ndarray
 
     def observed(self, views: np.ndarray) -> np.ndarray:
-        """Return the images (A, 5, 15, 2), mm, of the walk from views (A,), rad: horizontal and vertical axes."""
+        """Return the images (A, 5, 15, 2), mm, of the walk from views (A,), rad; the last axis is (right, up)."""
         return camera.project(unflatten(self.sample), np.asarray(views)[:, None, None])
 
 
 @dataclass(frozen=True)
 class Fold:
-    """Training data of a method, the walks of all people except the held-out person.
+    """Training data of a method: the walks of all people except the held-out person.
 
     Attributes
     ----------
@@ -97,14 +97,14 @@ class Fold:
 
     @cached_property
     def with_one_eigenwalker(self) -> Fold:
-        """Copy of the fold whose model has only the first eigenwalker."""
+        """Copy of the training data whose model has the first eigenwalker only."""
         return replace(self, model=linear_model.truncated(self.model, 1))
 
 
 def held_out(
     data: FourierSamples, model: Eigenwalkers, number: int, noise_variance_mm2: float
 ) -> tuple[Fold, Walk]:
-    """Return the fold that leaves out the person of a walk, and that walk."""
+    """Return the training data without the person of a walk, and this walk as the one to reconstruct."""
     measured = ~data.unmeasured[number]
     fold = Fold(model.fold(number), data, str(data.person[number]), noise_variance_mm2)
     return fold, Walk(number, linear_model.without_joints(model.samples[number], measured), measured)
@@ -153,12 +153,12 @@ class Method:
 
     @property
     def modules(self) -> list[str]:
-        """Modules whose source code the results of the method depend on."""
+        """Names of the modules whose source code affects the results of the method."""
         parts = (self.reconstruct, self.estimate, getattr(self.prepare, "func", self.prepare))
         return [*filter(None, (self.source, *(getattr(part, "__module__", "") for part in parts)))]
 
     def prepared(self, data: FourierSamples) -> Any:
-        """Return the data of the method that are common to all folds of a data set."""
+        """Return data that the method computes once from a data set, for the walks of all held-out people."""
         return self.prepare(data) if self.prepare else None
 
     def apply(self, fold: Fold, walk: Walk, views: np.ndarray) -> Reconstruction:
@@ -178,7 +178,7 @@ class Method:
             missing = np.empty(0)
         if missing.shape != shape or not np.isfinite(missing[..., walk.measured]).all():
             raise InvalidInput(
-                "the method must return finite numbers (views, harmonics, joints)",
+                "the method must return an array (views, harmonics, joints) of finite numbers",
                 self.name,
                 shape,
                 missing.shape or type(result).__name__,
@@ -226,7 +226,7 @@ def _map(fold: Fold, walk: Walk, views: np.ndarray) -> Reconstruction:
 
 
 def _average_walker(fold: Fold, walk: Walk, views: np.ndarray) -> Reconstruction:
-    """Return the depth of the average walker, which does not depend on the image [zhang2007 3.16]."""
+    """Return the depth of the average walker, a baseline that does not depend on the image [zhang2007 3.16]."""
     turned = views[:, None, None]
     measured_model = linear_model.of_measured(fold.model, walk.measured)
     return Reconstruction(
@@ -255,7 +255,7 @@ PUBLISHED = {method.name: method for method in (LEAST_SQUARES, MAP)}
 
 
 def _with_one_eigenwalker(method: Method, label: str, colour: str) -> Method:
-    """Return the baseline of an approach, the same estimator with only one eigenwalker."""
+    """Return the baseline of an approach, which is the same estimator with the first eigenwalker only."""
     return Method(
         method.baseline,
         Style(label, colour, line="dotted", banded=False, interval=False),
@@ -276,17 +276,17 @@ BASELINES = {
         _with_one_eigenwalker(MAP, "one eigenwalker, MAP", "sky"),
     )
 }
-"""Baselines, which are evaluated in every sweep together with the methods to compare."""
+"""Baseline methods, which every sweep evaluates in addition to the methods that it compares."""
 
 
 # --- the registry -----------------------------------------------------------------------------------------
 
 _FREE_COLOURS = [colour for colour in CYCLE if colour not in ("black", "orange", "blue", "green")]
-"""Colours that are given, in this order, to methods whose style names no colour."""
+"""Colours for methods whose style names no colour, in the order in which they are assigned."""
 
 
 def registered() -> dict[str, Method]:
-    """Return all methods that options can name: first the papers' approaches, then those of plug-ins.
+    """Return all methods that options can name: the papers' approaches, and the methods of plug-ins.
 
     Raises
     ------
@@ -317,12 +317,12 @@ def registered() -> dict[str, Method]:
 
 
 def chosen(names: Sequence[str], name: str = "sweep.methods") -> list[Method]:
-    """Return the methods with the given names.  Raises InvalidInput, with all names, if one is not registered."""
+    """Return the methods with the given names. Raises InvalidInput, with all valid names, for an unknown name."""
     methods = registered()
     if plugins.failures() and (unknown := [each for each in names if each not in methods]):
         lacking = ", ".join(plugins.failures())
         raise InvalidInput(
-            f"must be a loaded method; loading failed for the plug-in {lacking}",
+            f"must be the name of a method; the plug-in {lacking} could not be loaded",
             name,
             received=unknown[0],
             code="unknown_choice",
@@ -332,22 +332,22 @@ def chosen(names: Sequence[str], name: str = "sweep.methods") -> list[Method]:
 
 
 def with_baselines(methods: Sequence[Method]) -> list[Method]:
-    """Return the given methods, the average walker and the baselines of these methods."""
+    """Return the given methods, followed by the average walker and the baseline of each method."""
     return [*methods, AVERAGE_WALKER, *(BASELINES[each.baseline] for each in methods if each.baseline)]
 
 
 def modules(names: Sequence[str]) -> list[str]:
-    """Return the modules that implement the given methods."""
+    """Return the names of the modules that implement the methods with these names."""
     return [module for method in chosen(names) for module in method.modules]
 
 
 def files(names: Sequence[str]) -> dict[str, Path]:
-    """Return the files that the given methods read, by names of method and file."""
+    """Return the data files that the methods read, by the names of method and file."""
     return {f"{method.name} {path.name}": path for method in chosen(names) for path in method.files}
 
 
 def styles(names: Sequence[str]) -> dict[str, Style]:
-    """Return the styles by name, first of the given methods and then of all baselines."""
+    """Return the chart styles of the named methods and of all baselines, by name."""
     compared = chosen([name for name in names if name not in BASELINES])
     return {each.name: each.style for each in (*compared, *BASELINES.values())}
 
@@ -358,21 +358,21 @@ def _require_registered(name: str, names: Sequence[str]) -> None:
 
 
 Methods = Annotated[list[str], _require_registered]
-"""List of names of registered methods, without duplicates."""
+"""Type of an option that lists names of registered methods, without duplicates."""
 
 
 VIEW: dict[str, Any] = {"x": "view_angle_deg", "abscissa": Axis(ticks=30)}
-"""Column and axis of charts that show a quantity against view angle."""
+"""Table column and axis label of charts that show a quantity against view angle."""
 
 STRIP_DEG = 10.0
-"""Width of a strip of view angles, degrees.
+"""Width of the ranges into which the view angles are divided, degrees.
 
 The bands of frontal, oblique and profile views end at multiples of this width.
 """
 
 
 def middles_of_strips(views: Grid) -> Grid:
-    """Divide a grid of view angles into strips and return their midpoints.
+    """Divide a grid of view angles into ranges of equal width, and return the midpoint of each range.
 
     The grid itself is returned if its step is at least as wide as a strip.
 

@@ -1,4 +1,4 @@
-"""Nested choice of sigma² for each walker, from the errors of other people in models without that walker.
+"""Nested choice of sigma² for each walker, from errors of other people in models that omit the walker.
 
 zhang2007 chooses sigma² on the walkers that it reports.  Here people are divided into groups.  For the walkers of
 group g, the chosen sigma² has the lowest error over the walkers of every other group h, reconstructed by the model
@@ -16,12 +16,12 @@ from pipeline.studies.eigenwalkers.model import EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 
 GROUPS = 10
-"""Largest number of groups of people; with fewer people, each person is a group."""
+"""Largest number of groups of people for the choice of sigma²; with fewer people, each person is a group."""
 
 MIN_PEOPLE = 4
 
 VIEWS = 5
-"""Number of view angles of the sweep at which the errors are computed to choose sigma²."""
+"""Number of view angles of the sweep that are used to choose sigma²."""
 
 
 def nested_choice(
@@ -31,7 +31,7 @@ def nested_choice(
     noise_variances: np.ndarray,
     workers: int,
 ) -> np.ndarray:
-    """Return, for each walker (R,), the index of the sigma² with the smallest error on other people.
+    """Return, for each walker (R,), the index of the sigma² with the smallest error for other people.
 
     Every model leaves out the walker, and also the people in the test of the model.
 
@@ -61,7 +61,7 @@ def nested_choice(
         paths: dict[bytes, reconstruction.NoisePath] = {}
 
         def error(r: np.intp) -> np.ndarray:
-            """Return the error (S,) over the measured joints of one walker.
+            """Return the error (S,) of one walker's reconstruction for each sigma², over the measured joints.
 
             Walkers with the same measured joints share the computation for all sigma².
             """

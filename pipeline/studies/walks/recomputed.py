@@ -19,13 +19,13 @@ from pipeline.studies.walks.known_view import KnownView, Truth
 from pipeline.studies.walks.methods import MAP, PUBLISHED
 
 VIEWS, MAX_WALKERS = 5, 200
-"""Largest numbers of views and of walkers that are recomputed, spread evenly over all of them."""
+"""Largest numbers of views and of walkers for which the errors are recomputed, selected at equal steps."""
 
 
 def recomputed(
     data: FourierSamples, model: EigenwalkersModel, options: KnownView, rows: pd.DataFrame, count: int
 ) -> pd.DataFrame:
-    """Return mean errors by method and view, from the sweep and recomputed, over at most 200 walkers.
+    """Return mean errors by method and view, from the sweep and from an independent computation.
 
     ``relative_difference`` is the largest over walkers, to nine decimals: smaller differences are rounding errors.  The
     table has no rows if mirrored walkers are in training, which the papers do not use.
@@ -70,7 +70,7 @@ def recomputed(
 def _learnt(
     data: FourierSamples, model: EigenwalkersModel, r: int, count: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return a walker minus the mean of the other people, and the eigenwalkers and variances of the others."""
+    """Return a walker minus the mean of other people, and the eigenwalkers and variances of other people."""
     rows = data.coefficients.reshape(len(data.coefficients), -1)
     if data.frequency:
         rows = np.column_stack([rows, 2.0 * np.pi * data.frequency_hz])
@@ -94,7 +94,7 @@ def _error(
     *,
     residual: bool,
 ) -> float:
-    """Return the mean square error, mm², of one walker's depth as reconstructed by the model of other people."""
+    """Return the mean square error, mm², of a walker's depth as reconstructed by a model of other people."""
     (walker, eigenwalkers, variances), (blocks, joints) = learnt, data.coefficients.shape[1:3]
     # Image: cos x + sin y, and z; depth: -sin x + cos y.
     image = np.array([[np.cos(view), np.sin(view), 0.0], [0.0, 0.0, 1.0]])

@@ -1,4 +1,4 @@
-"""Checks of the walkers' ground truth: proportions, symmetry, size, power, phase and heading.
+"""Checks of the walkers' ground truth: proportions, symmetry, body size, power of the motion, phase and heading.
 
 An error of the input changes every number, but no comparison reveals it.  These columns are the conditions of the
 claims of figures 3 and 5.  The ranges are those of published bodies, not of the people in the data.
@@ -27,14 +27,14 @@ PROPORTIONS = {
     "pelvis to head": (0.55, 1.20),
     "sternum to head": (0.08, 0.50),
 }
-"""Accepted ranges of lengths relative to leg length [Drillis & Contini 1966; Gordon et al. 1989].
+"""Accepted ranges of body lengths relative to leg length [Drillis & Contini 1966; Gordon et al. 1989].
 
 The ranges include adults and children, with a margin for the definitions of joints.  For the last range, the height of
 the head above the sternum is used.
 """
 
 LIMBS = (("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "wrist"))
-"""End joints of the limbs whose left and right lengths are compared."""
+"""Joints at the ends of those limbs whose left and right lengths are compared."""
 
 DECIMALS = 9
 """Number of decimals to which angles in degrees are rounded; further digits are rounding errors."""
@@ -44,7 +44,7 @@ INSTANTS = 24
 
 
 def truth_table(data: FourierSamples, clips: Walks) -> pd.DataFrame:
-    """Return ``table_truth``, with all checks in one row for each walker.
+    """Return ``table_truth``, with the results of all checks in one row for each walker.
 
     Proportions and sides leave out joints that were not measured.
 
@@ -80,7 +80,7 @@ def truth_table(data: FourierSamples, clips: Walks) -> pd.DataFrame:
 
 
 def along_table(data: FourierSamples, model: Eigenwalkers) -> pd.DataFrame:
-    """Return ``table_along``, with coefficients of held-out walkers along the eigenvectors [zhang2007 3.11].
+    """Return ``table_along`` with the size of held-out walkers' coefficients for each eigenvector [zhang2007 3.11].
 
     ``squared``: over the eigenvalue of the model without the walker.  ``fourth_power``: of the coefficients over their
     root mean square over walkers; mean over the eigenvectors.
@@ -109,7 +109,7 @@ def _cycle(coefficients: np.ndarray) -> np.ndarray:
 
 
 def _outside(postures: np.ndarray, measured: np.ndarray) -> int:
-    """Return the number of a walker's proportions, leg length included, that are outside the accepted ranges."""
+    """Return the number of body proportions and leg lengths of a walker that are outside the accepted ranges."""
     mean = postures.mean(axis=0)
     leg = 0.5 * sum(
         _length(postures, f"{side}_{a}", f"{side}_{b}") for side in ("left", "right") for a, b in LIMBS[:2]
@@ -163,7 +163,7 @@ def _height(mean: np.ndarray) -> float:
 
 
 def _phases(coefficients: np.ndarray) -> np.ndarray:
-    """Return the phase (R,), rad, of the difference between left and right ankle along the walk.
+    """Return the phase (R,), rad, of the distance between left and right ankle along the walking direction.
 
     The phase is that of the fundamental.
     """
@@ -173,6 +173,6 @@ def _phases(coefficients: np.ndarray) -> np.ndarray:
 
 
 def _from_the_mean_deg(angles: np.ndarray) -> np.ndarray:
-    """Return the absolute difference (R,), degrees, between angles (R,), rad, and their circular mean."""
+    """Return the absolute difference (R,), degrees, of angles (R,), rad, from their circular mean."""
     mean = np.angle(np.exp(1j * angles).mean())
     return np.abs(np.degrees(np.angle(np.exp(1j * (angles - mean))))).round(DECIMALS)

@@ -38,17 +38,17 @@ Solver.__doc__ = """Search for the view angle: over the whole range, or as in ap
 
 
 RANDOM_VIEW = "random_view"
-"""Name of the baseline that ignores the image and draws a random view for every walker and true view."""
+"""Name of the baseline that ignores the image and draws a random view angle for each walker and true view."""
 
 
 WHOLE_CIRCLE_DEG = [-180.0, 180.0]
 IMAGE_IGNORED_MM2 = 1e15
-"""Noise variance that is so large that approach II ignores the image and returns the average walker."""
+"""Noise variance, mm², so large that approach II ignores the image and returns the average walker."""
 
 
 @dataclass(frozen=True)
 class ViewAngles:
-    """View angles estimated by both approaches and by baselines, with the costs of the estimates.
+    """View angles that both approaches and the baselines estimate, with the costs of the estimates.
 
     Attributes
     ----------
@@ -72,7 +72,7 @@ class ViewAngles:
 
 
 class UnknownView(Sweep):
-    """Options of estimating the view angle together with the motion."""
+    """Options of the estimation of the view angle together with the motion."""
 
     draws_random_numbers = True
 
@@ -101,15 +101,15 @@ class UnknownView(Sweep):
                 continue
             if method.estimate is None:
                 raise InvalidInput(
-                    f"{method.name} needs a known view",
+                    f"the method {method.name} needs a known view, but this sweep estimates the view",
                     "sweep.methods",
-                    "a method with `estimate`",
+                    "a method with a function `estimate`",
                     code="needs_known_view",
                     method=method.name,
                 )
             if self.angle_range_deg != WHOLE_CIRCLE_DEG:
                 raise InvalidInput(
-                    f"{method.name} searches the whole circle",
+                    f"the method {method.name} always searches the whole circle",
                     "sweep.angle_range_deg",
                     WHOLE_CIRCLE_DEG,
                     self.angle_range_deg,
@@ -118,27 +118,27 @@ class UnknownView(Sweep):
                 )
 
     def with_methods(self, names: Sequence[str]) -> UnknownView:
-        """Return a copy of the sweep with further methods, namely the named methods that estimate a view."""
+        """Return a copy of the sweep that also compares those of the named methods that estimate a view angle."""
         able = [each.name for each in methods.chosen(names) if each.estimate]
         return replace(self, methods=list(dict.fromkeys([*self.methods, *able])))
 
     def modules(self) -> list[str]:
-        """Return the modules that implement the selected methods."""
+        """Return the names of the modules that implement the selected methods."""
         return methods.modules(self.methods)
 
     def further_files(self, data: Data) -> dict[str, Path]:
-        """Return the files that the selected methods read."""
+        """Return the data files that the selected methods read."""
         return methods.files(self.methods)
 
     def of_populations(self) -> UnknownView:
-        """Return the sweep at the midpoints of strips of views, without the solver of appendix B.
+        """Return a copy of the sweep with fewer view angles, and without the solver of the paper's appendix B.
 
         Fewer views limit the size of its tables, which have a row for every walker and view.
         """
         return replace(self, view_angle_deg=middles_of_strips(self.view_angle_deg), published_views_deg=[])
 
     def measure(self, inputs: SweepInputs[object, FourierSamples, Eigenwalkers]) -> ViewAngles:
-        """Return the view angles estimated by all methods, with the costs of the estimates."""
+        """Return the view angles that all methods estimate, with the costs of the estimates."""
         data, model = inputs.dataset, inputs.model
         compared = methods.with_baselines(methods.chosen(self.methods))
         prepared = {method.name: method.prepared(data) for method in compared}
@@ -196,7 +196,7 @@ class UnknownView(Sweep):
     def _estimate(
         self, method: Method, fold: Fold, walk: Walk, views: np.ndarray, solver: Solver
     ) -> viewpoint.ViewEstimate:
-        """Return the best-fitting view angles [zhang2007 4.5] [zhang2004 14].
+        """Return the view angle that fits each image best [zhang2007 4.5] [zhang2004 14].
 
         A plug-in uses a search of its own.
         """

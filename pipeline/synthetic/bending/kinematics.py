@@ -23,7 +23,7 @@ from pipeline.synthetic.walkers.person import SIDE, Person, leaning
 
 LEG_MASSES, UPPER_MASS = {"thigh": 0.200, "shank": 0.093}, 0.678
 LEG_CENTRE, UPPER_CENTRE = 0.433, 0.626
-"""Mass fractions of both thighs, both shanks and the upper body, and positions of their centres of mass.
+"""Relative masses of both thighs, both shanks and the upper body, and positions of their centres of mass.
 
 The upper body is head, arms and trunk.
 
@@ -31,17 +31,17 @@ The centres are fractions of the distance from the upper end of thigh and shank,
 Published: Winter 2009 table 4.1."""
 
 MAX_FLEXION = np.radians(135.0)
-"""Largest flexion of knee and hip, radians.  Assumed."""
+"""Largest flexion of knee and hip in bending, radians. Assumed."""
 
 MIN_BEND = np.radians(4.0)
-"""Smallest knee flexion in standing, radians; it sets the largest height of the hips.  Assumed."""
+"""Smallest knee flexion in standing, radians, which determines the largest height of the hips. Assumed."""
 
 _DEEPEST = (DOWN[1] + UP[0]) / 2.0
 _DEPTHS = (0.2, 1.6)
 
 
 def bend(person: Person, manner: Manner, phase: np.ndarray, sway: dict[str, np.ndarray]) -> np.ndarray:
-    """Return the joint centres (F, 15, 3), mm, at phases (F,) of the action.
+    """Return the joint centres (F, 15, 3), mm, of a bending person at phases (F,) of the action.
 
     The joints are in WALKER15 order.  The person faces +y.
     """
@@ -116,7 +116,7 @@ def _posture(
 def _balanced(
     person: Person, knee: np.ndarray, hip: np.ndarray, ahead: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the tilt of the trunk (F,), radians, and the position of the pelvis (F, 3), mm, of a balanced person.
+    """Return the tilt of the trunk (F,), radians, and the pelvis position (F, 3), mm, at which a person is balanced.
 
     The centre of mass is `ahead` (F,) mm in front of the ankles.
     """
@@ -142,7 +142,7 @@ def _balanced(
 
 
 def _excess_height(person: Person, hips: np.ndarray, ankles: np.ndarray) -> float:
-    """Return the largest height of the hips above the reach of the legs, mm, over all frames; 0 if always in reach."""
+    """Return the largest excess, mm, of the hips' height over the reach of straight legs; 0 if always in reach."""
     thigh, shank = person.body.thigh[:, 0], person.body.shank[:, 0]
     reach = np.sqrt(thigh**2 + shank**2 + 2.0 * thigh * shank * np.cos(MIN_BEND))
     leg = hips - ankles
@@ -151,7 +151,7 @@ def _excess_height(person: Person, hips: np.ndarray, ankles: np.ndarray) -> floa
 
 
 def _knees(person: Person, hips: np.ndarray, ankles: np.ndarray, opened: np.ndarray) -> np.ndarray:
-    """Return the knees (2, F, 3), mm, from the hips and ankles.
+    """Return the positions of the knees (2, F, 3), mm, from the positions of hips and ankles.
 
     The plane of each leg is turned outwards by `opened` (2, F), radians.
     """
@@ -177,7 +177,7 @@ def _arms(
     right: np.ndarray,
     shoulders: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return elbows and wrists, each (2, F, 3), mm; the arm that does not reach stays bent near the trunk."""
+    """Return elbows and wrists, each (2, F, 3), mm; an arm that does not reach down stays bent near the trunk."""
     angles = manner.angles
     idle = np.array([[manner.one_handed], [0.0]])
     forward = np.array([[angles["left_arm"]], [angles["right_arm"]]])

@@ -1,4 +1,4 @@
-"""Variation of bending to the floor between people, and between performances of the same person.
+"""Variation of the bending movement between people, and between performances of the same person.
 
 The grades of support (*published*, *assumed*) are those of `walkers.normative_gait`.  The sizes were not fitted to any
 recording.  Differences between the sides and the sway of the bent body were increased once, because nearly symmetric
@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 DOWN, UP = (0.10, 0.45), (0.55, 0.90)
-"""First and last phase of the way down and of the way up; the body rests at all other phases.  Assumed."""
+"""First and last phase of the downward and of the upward movement; the body rests at other phases. Assumed."""
 
 MANNERS_DEG = {
     "knee": (62.0, 28.0),
@@ -33,26 +33,26 @@ MANNERS_DEG = {
     "standing_elbows": (14.0, 6.0),
     "opened_knees": (8.0, 7.0),
 }
-"""Mean and SD between people of the range of motion and of the standing value of each angle, degrees.
+"""Mean and SD over people, in degrees, of each angle's range of motion and of its value in standing.
 
 People stoop with straight legs, squat, or do anything between: Burgess-Limerick 2003, Straker 2003.  Sizes assumed."""
 
 WITHIN = 0.2
-"""Standard deviation between performances of a person, as a fraction of the one between people.  Assumed."""
+"""SD between performances of a person, as a fraction of the SD between people. Assumed."""
 
 TIMED = ("knee", "hip", "lean", "twist", "head", "arms", "elbows")
-"""Angles whose timing is drawn separately."""
+"""Angles of the bending movement that each have a separately drawn timing."""
 TIMING_SD, SKEW_SD = 0.02, 0.15
-"""SD of the start and stop phases of an angle, and SD of the log of the exponent that skews its progress."""
+"""SD of the phases at which an angle starts and stops, and SD of the log of the exponent that skews its course."""
 
 TARGET_HEIGHT, STANCE_WIDTH, FOOT_AHEAD, BALANCE = (0.10, 0.03), (0.13, 0.03), (0.0, 0.05), (0.03, 0.006)
-"""Mean and SD between people of four lengths, as fractions of stature.  Assumed.
+"""Mean and SD over people of lengths in bending, such as the stance width, as fractions of stature. Assumed.
 
 They are the lowest height of the wrists, the distance of the ankles, the distance of the left ankle ahead of the
 right, and that of the centre of mass ahead of the ankles."""
 
 MIN_ANGLES_DEG = {"knee": 12.0, "standing_knee": 5.0, "standing_elbows": 4.0, "opened_knees": 0.0}
-"""Smallest values of angles, degrees."""
+"""Smallest values of the randomly drawn angles, degrees."""
 
 SWAY = {
     "balance_mm": 4.0,
@@ -66,17 +66,17 @@ SWAY = {
     "left_knee": 0.020,
     "right_knee": 0.020,
 }
-"""Root mean square of the postural sway, mm and radians; the knees sway outwards.  Assumed."""
+"""Root mean square of the postural sway, mm and radians; the knees sway outwards. Assumed."""
 
 SWAY_HZ, SWAY_WAVES, SWAY_BENT = (0.1, 0.7), 3, 3.0
-"""Frequency range (Hz) and number of sway waves, and relative increase of the sway in the deepest posture.
+"""Frequency range (Hz) and number of waves of the postural sway, and its relative increase in the deepest posture.
 
 Assumed, so that angles vary by 2-6 degrees, as in repeated lifts (direction: Scholz 1993)."""
 
 
 @dataclass(frozen=True)
 class Manner:
-    """Individual manner of bending: angles, timing and lengths.
+    """Personal parameters of the bending movement: angles, timing and lengths.
 
     `angles` are in radians, `timing` (7, 4) in phase, `skew` (7,) in the order of `TIMED`.  `statures` are the values
     of `TARGET_HEIGHT` … `BALANCE`, as fractions.  `one_handed` is 0 for both hands, and 1 for the right hand alone.
@@ -89,7 +89,7 @@ class Manner:
     one_handed: float
 
     def progress(self, name: str, phase: np.ndarray) -> np.ndarray:
-        """Return the progress (F,) of an angle, from 0 in standing to 1 in the deepest posture.
+        """Return the relative change (F,) of an angle, from 0 in standing to 1 in the deepest posture.
 
         Its way down and its way up are minimum-jerk curves.
         """
@@ -103,7 +103,7 @@ class Manner:
 
 
 def draw_manner(rng: np.random.Generator) -> Manner:
-    """Draw the manner of a person; every person takes the same number of random draws."""
+    """Draw the personal parameters of the bending movement; each person uses the same number of random draws."""
     angles = {
         name: np.radians(max(rng.normal(mean, sd), MIN_ANGLES_DEG.get(name, -np.inf)))
         for name, (mean, sd) in MANNERS_DEG.items()
@@ -118,7 +118,7 @@ def draw_manner(rng: np.random.Generator) -> Manner:
 
 
 def varied(manner: Manner, rng: np.random.Generator) -> Manner:
-    """Draw the manner of the same person in another performance."""
+    """Draw the parameters of another performance of the same person, near the personal parameters."""
     angles = {
         name: max(
             manner.angles[name] + np.radians(WITHIN * sd) * rng.standard_normal(),
@@ -137,7 +137,7 @@ def varied(manner: Manner, rng: np.random.Generator) -> Manner:
 
 
 def draw_sway(rng: np.random.Generator, times_s: np.ndarray) -> dict[str, np.ndarray]:
-    """Draw the postural sway of each body part, (F,), as a sum of slow waves."""
+    """Draw the postural sway of each body part, (F,), as a sum of slow sine waves."""
     size = (len(SWAY), SWAY_WAVES)
     turns = rng.uniform(*SWAY_HZ, size)[..., None] * times_s + rng.uniform(size=size)[..., None]
     waves = (rng.standard_normal(size)[..., None] * np.sin(2.0 * np.pi * turns)).sum(axis=1)

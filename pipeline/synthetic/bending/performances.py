@@ -1,4 +1,4 @@
-"""Synthetic performances of bending to the floor by different people, with known timing.
+"""Synthetic performances of bending to the floor by different people, with known phase in each frame.
 
 No performance is drawn from a linear model.  Each has a body (`walkers.person`), a manner (`manner`), joint angles as
 functions of a phase, and joints at the ends of balanced rigid segments (`kinematics`).  The phase is a smooth monotone
@@ -17,18 +17,18 @@ from pipeline.synthetic.walkers.person import Person, draw_person
 from pipeline.validation import require_count, require_range
 
 FRAMES_SD, MIN_FRAMES = 0.15, 10
-"""Standard deviation of the log duration of a performance, and smallest mean duration, frames."""
+"""SD of the log duration of a performance, and smallest mean duration in frames."""
 
 MAX_OFFSET_MM, FACING_SD = 500.0, np.radians(6.0)
-"""Largest offset on the floor in x and in y, and SD of a person's heading between performances, radians."""
+"""Largest offset of a person on the floor in x and y, mm, and SD of the heading between performances, radians."""
 
 SUBJECT_SHARE = 0.5
-"""Share of the variance of durations and rates that lies between people; the rest is within people."""
+"""Share of the variance of durations and rates that is variance between people."""
 
 
 @shortened
 class BendingPerformances:
-    """Synthetic performances of bending, with the true phase of each frame.
+    """Synthetic performances of bending to the floor, with the true phase of each frame.
 
     Attributes
     ----------

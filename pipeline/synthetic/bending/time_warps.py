@@ -1,4 +1,4 @@
-"""Random smooth monotone time warps: performances that speed up and slow down [mozerov2006 8, 9].
+"""Random smooth time warps, in which a performance speeds up and slows down [mozerov2006 8, 9].
 
 A warp is a phase w(x) in [0, 1] of the relative time x in [0, 1]: w(0) = 0, w(1) = 1, increasing.  Its rate is the
 exponential of a few slow waves, so that it is positive and as likely doubled as halved.  Unlike in [mozerov2006 13],
@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 WAVES = 4
-"""Number of waves in the logarithm of the rate.
+"""Number of waves whose sum is the logarithm of a performance's speed.
 
 Wave k has k half periods within a performance.  Its standard deviation is 1/k of that of the first wave.
 """
@@ -19,7 +19,7 @@ _GRID = 2001
 
 
 def draw_waves(generator: np.random.Generator, spread: float) -> np.ndarray:
-    """Draw the amplitudes (2, K) of the cosine and sine waves in the logarithm of the rate.
+    """Draw the amplitudes (2, K) of the cosine and sine waves whose sum is the log of a performance's speed.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def draw_waves(generator: np.random.Generator, spread: float) -> np.ndarray:
 
 
 def warp(waves: np.ndarray, frames: int) -> np.ndarray:
-    """Return the phase (F,), in [0, 1], at equally spaced times from the start to the end of a performance.
+    """Return the phase (F,) of a performance, from 0 at its first frame to 1 at its last frame.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def warp(waves: np.ndarray, frames: int) -> np.ndarray:
 
 
 def correspondence(phase_n: np.ndarray, phase_m: np.ndarray) -> np.ndarray:
-    """Return the fractional frame index (F_n,) in performance m that corresponds to each frame of performance n.
+    """Return the fractional frame (F_n,) of performance m that corresponds to each frame of performance n.
 
     Corresponding frames have the same phase.
 

@@ -1,4 +1,4 @@
-"""Contact of the feet: rolling of the foot, weight on each leg, and correction that keeps feet on the belt.
+"""Contact of the feet with the belt: rolling of the foot, weight on each leg, and correction of the motion.
 
 Legend: e thigh elevation, k knee flexion, l1 thigh, l2 shank.  Arrays are (space, side, frame); sides are
 ordered left, right; phases (side, frame) are in cycles, 0 at a leg's own contact.
@@ -16,13 +16,13 @@ from pipeline.synthetic.walkers import normative_gait as norm
 from pipeline.synthetic.walkers.person import Person
 
 _STEP = 1e-5
-"""Step size of finite differences: in radians for angles, as a fraction for scale factors."""
+"""Step size of finite differences: radians for angles, a fraction for scale factors."""
 
 _FOOT_PITCH = PchipInterpolator(norm.FOOT_PHASES, np.radians(norm.FOOT_PITCH_DEG))
 
 
 def rolling_foot(person: Person, phase: np.ndarray, gains: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the forward shift and the height of the ankle over a rolling foot, mm, two arrays (2, T).
+    """Return the forward shift and the height, both (2, T), mm, of the ankles above feet that roll on the belt.
 
     The shift is relative to the ankle over a flat foot.
     """
@@ -45,7 +45,7 @@ def weight_shares(phase: np.ndarray) -> np.ndarray:
 
 
 def keep_to_floor(person: Person) -> Person:
-    """Return the person, changed as little as possible so that feet stay on the floor and move with the belt.
+    """Return the walker after the smallest changes that keep the feet on the floor and moving with the belt.
 
     Independently drawn angles do not satisfy this.  Gauss–Newton least squares adjusts the landmark values of thigh and
     knee, the scale of the thigh's excursion, the excursions of the foot, and the surge and bob of the pelvis.  The

@@ -60,7 +60,7 @@ def walk(person: Person, strides: Strides, frame_rate_hz: float) -> np.ndarray:
 
 
 def _knees(person: Person, thigh: np.ndarray, knee: np.ndarray, lean: np.ndarray) -> np.ndarray:
-    """Return the knees relative to the hips, (3, 2, T) mm.
+    """Return the positions of the knees relative to the hips, (3, 2, T), mm.
 
     The knee is in front of the line from hip to ankle, and turned outwards about this line.
     """
@@ -78,7 +78,7 @@ def _knees(person: Person, thigh: np.ndarray, knee: np.ndarray, lean: np.ndarray
 def _upper_body(
     person: Person, phase: np.ndarray, gain: np.ndarray, pelvis: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return sternum (3, T), head (3, T), shoulders (3, 2, T), mm, and axial rotation of the thorax (T,), radians."""
+    """Return sternum and head (3, T), shoulders (3, 2, T), mm, and the axial rotation of the thorax (T,), radians."""
     lean = person.opposed("trunk_sway", phase) * gain
     up = leaning(person.shared("trunk_lean", phase), lean)
     sternum = pelvis + person.body.trunk * up
@@ -96,7 +96,7 @@ def _upper_body(
 def _arms(
     person: Person, phase: np.ndarray, gain: np.ndarray, yaw: np.ndarray, shoulders: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return elbows and wrists, each (3, 2, T) mm; the planes of arm swing rotate with the thorax."""
+    """Return elbows and wrists, each (3, 2, T), mm; the planes of arm swing rotate with the thorax."""
     swing = person.curve("upper_arm", phase, gain)
     bend = norm.stopped(person.curve("elbow", phase, gain), norm.ELBOW_STOP_DEG)
     still = np.zeros_like(yaw)

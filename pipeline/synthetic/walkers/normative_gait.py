@@ -1,4 +1,4 @@
-"""Means and standard deviations of speed, rhythm and joint angles in gait, with their sources.
+"""Means and standard deviations of gait speed, stride frequency and joint angles, with their sources.
 
 Synthetic walkers use these numbers and those of `core.anthropometry`.  Each number has a grade of support:
 
@@ -42,7 +42,7 @@ from scipy.interpolate import CubicSpline
 
 @dataclass(frozen=True)
 class Spread:
-    """Standard deviations between people of the features of a joint-angle curve.
+    """Standard deviations over people of the parameters of a joint-angle curve, such as its offset.
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ class Spread:
 
 @dataclass(frozen=True)
 class NormativeCurve:
-    """Joint angle over the gait cycle: a periodic curve through published landmarks.
+    """Joint angle over the gait cycle as a periodic curve through published values, the landmarks.
 
     Attributes
     ----------
@@ -83,7 +83,7 @@ class NormativeCurve:
 
     @cached_property
     def basis(self) -> CubicSpline:
-        """Periodic cubic spline that gives, at phases (…), the weights (…, n) of the n landmark values."""
+        """Periodic cubic spline that returns, at phases (…), the weights (…, n) of the n landmark values of a curve."""
         knots = np.append(self.phases, self.phases[0] + 1.0)
         cardinal = np.eye(len(self.phases))
         return CubicSpline(knots, np.vstack([cardinal, cardinal[:1]]), bc_type="periodic")
@@ -92,13 +92,13 @@ class NormativeCurve:
 # --- speed and rhythm -------------------------------------------------------------------------------------
 
 DIMENSIONLESS_SPEED = (0.42, 0.042)
-"""Mean and SD between people of the dimensionless speed v / √(g · leg length).
+"""Mean and SD over people of the dimensionless walking speed v / √(g · leg length).
 
 Read: Alexander 1984 scaling; comfortable on a belt about a tenth below the overground 0.45 (Dal et al. 2010); spread of
 a tenth, Öberg et al. 1993."""
 
 STRIDES_PER_MINUTE, SPEED_EXPONENT, FREQUENCY_CV = 64.8, 0.57, 0.03
-"""Factor and exponent of the stride frequency 64.8 (v/H)^0.57 per minute, and its variation at equal speed.
+"""Factor and exponent of the stride frequency, 64.8 (v/H)^0.57 per minute, and its variation at equal speed.
 
 v/H is the speed in statures per second.  The variation is a coefficient of variation.
 
@@ -106,34 +106,34 @@ Published: Grieve & Gear 1966.  The spread at equal speed is the remainder in Ö
 of it from speed and stature)."""
 
 TOE_OFF = 0.62
-"""Phase of toe-off, the end of stance.  Published: Murray et al. 1964; Perry 1992."""
+"""Phase of toe-off, in cycles. Published: Murray et al. 1964; Perry 1992."""
 
 STEP_TIME_ASYMMETRY_SD = 0.006
-"""SD of the asymmetry of step times, in cycles.
+"""SD over people of the asymmetry of step times, in cycles.
 
 The asymmetry is the time from left to right contact, minus half a cycle.
 
 Read: Sadeghi et al. 2000 (a few percent of step time)."""
 
 STRIDE_TIME_CV, STRIDE_MEMORY = 0.017, 0.5
-"""Coefficient of variation of the stride time, and correlation between successive strides.
+"""Coefficient of variation of the stride time, and correlation between the times of successive strides.
 
 The published range is 1–2 %: Hausdorff et al. 1995; Hausdorff 2007."""
 
 STRIDE_GAIN_CV = {"leg": 0.02, "arm": 0.06, "trunk": 0.08}
-"""Coefficient of variation of angle excursions from stride to stride.
+"""Coefficients of variation from stride to stride of the ranges of joint angles.
 
 Legs: Winter 1991 (within-subject 1–2°).  Others assumed.
 """
 
 STEP_WIDTH_MM, STEP_WIDTH_SD_MM, STEP_WIDTH_MIN_MM = 115.0, 25.0, 55.0
 FOOT_PLACEMENT_SD_MM = 12.0
-"""Mean, SD and minimum of the step width, and SD of the lateral foot placement from stride to stride.
+"""Mean, SD and minimum of the step width, and SD of lateral foot placement between strides, mm.
 
 Read: Owings & Grabiner 2004."""
 
 BELT_WANDER_SD_MM, BELT_WANDER_MEMORY, BELT_RETURN_S = 8.0, 0.9, 3.0
-"""SD and stride-to-stride correlation of the lateral drift, and time constant of the return along the belt.
+"""SD, mm, and stride-to-stride correlation of lateral drift on the belt, and time constant of the return, s.
 
 Assumed.
 """
@@ -145,7 +145,7 @@ THIGH = NormativeCurve(
     (23.5, 19.0, 10.0, 1.0, -11.0, -17.5, -10.0, 13.0, 25.0, 25.0),
     Spread(offset_deg=2.5, gain=0.0, shape_deg=1.2, side_deg=0.6, timing=0.006),
 )
-"""Angle of the thigh from the vertical: hip flexion minus pelvic tilt.
+"""Angle of the thigh from the vertical, degrees: hip flexion minus pelvic tilt.
 
 A tilt of the pelvis about the hip axis moves no joint centre.
 
@@ -157,7 +157,7 @@ KNEE = NormativeCurve(
     (5.0, 18.0, 10.5, 5.0, 12.0, 37.0, 61.0, 34.0, 4.0),
     Spread(offset_deg=2.5, gain=0.05, shape_deg=2.0, side_deg=1.0, timing=0.006),
 )
-"""Flexion of the knee over the gait cycle.
+"""Flexion of the knee over the gait cycle, degrees.
 
 Read: Perry 1992; Winter 1991; Kadaba et al. 1990, with an SD of 4–6° between people.
 """
@@ -167,7 +167,7 @@ CORRECTION_SD_DEG = {"thigh": 2.0, "knee": 3.0}
 CORRECTION_SCALE_SD = 0.3
 SURGE_MM, SURGE_SD_MM = (0.0, 0.0, 9.7, -2.4), 4.0
 BOB_SD_MM = (4.0, 4.0, 25.0, 25.0, 4.0, 4.0)
-"""Settings of the correction that keeps the feet of a drawn person on the floor.
+"""Parameters of the correction that keeps the feet of a synthetic walker on the floor.
 
 Floor: last phase at which the foot rotates about ball or heel (then the toes bend), and tolerance.  Corrections:
 standard deviations of the landmarks.  All are assumed.  Surge of the pelvis on the belt: sine and cosine of the first
@@ -175,19 +175,19 @@ and second harmonic of the stride, 10 mm in the second, fastest just after each 
 velocity ±0.1 m/s).  Bob: spread of harmonics 1, 2 and 4; the second, twice per stride, is determined by the legs."""
 
 KNEE_STOP_DEG, ELBOW_STOP_DEG, STOP_SOFTNESS_DEG = -2.0, 2.0, 1.5
-"""Angles at which extension of knee and elbow is stopped (capsule, olecranon), and softness of the stop.
+"""Angles at which the extension of knee and elbow stops, and softness of the stop, degrees.
 
 Assumed, within the norm of a few degrees."""
 
 FOOT_PHASES = (0.0, 0.08, 0.33, 0.42, 0.50, 0.56, 0.62, 0.72, 0.88, 1.0)
 FOOT_PITCH_DEG = (20.0, 0.0, 0.0, -8.0, -22.0, -40.0, -60.0, -45.0, 8.0, 20.0)
 FOOT_GAIN_CV = 0.12
-"""Pitch of the foot, toes up positive: heel contact, foot flat, heel off at a third of the cycle, push-off.
+"""Pitch of the foot over the gait cycle, degrees, and its variation; toes up is positive.
 
 Read, with its spread: Winter 1991.  The curve is monotone between landmarks, so that the foot lies flat."""
 
 KNEE_TURNED_OUT_DEG = (4.0, 5.0)
-"""Mean and SD of the outward rotation of the leg's plane about the line from hip to ankle.
+"""Mean and SD of the outward rotation of the knee about the line from hip to ankle, degrees.
 
 Read: Murray et al. 1964 (feet turned out by 6.7°; half of it in the thigh is assumed)."""
 
@@ -201,7 +201,7 @@ PELVIC_ROTATION = NormativeCurve(
     Spread(offset_deg=2.0, gain=0.35, shape_deg=0.5, side_deg=0.5, timing=0.02),
     opposed=True,
 )
-"""Axial rotation of the pelvis, positive if the pelvis is forward on the side of the leg.
+"""Axial rotation of the pelvis, degrees; positive if the pelvis is forward on the side of the leg.
 
 Read: Kadaba et al. 1990; Perry 1992 (5° each way).
 """
@@ -212,13 +212,13 @@ PELVIC_OBLIQUITY = NormativeCurve(
     Spread(offset_deg=0.7, gain=0.40, shape_deg=0.4, side_deg=0.4, timing=0.015),
     opposed=True,
 )
-"""Obliquity of the pelvis, positive if the pelvis is up on the side of the leg.
+"""Obliquity of the pelvis, degrees; positive if the pelvis is higher on the side of the leg.
 
 Shape read: Kadaba et al. 1990.
 """
 
 PELVIC_OBLIQUITY_BY_SEX = {True: 7.4 / 8.4, False: 9.4 / 8.4}
-"""Factors on the pelvic obliquity of men (True) and women, relative to the excursion of 8.4° in the curve.
+"""Factors of the pelvic obliquity curve for men (True) and women; the curve has a range of 8.4°.
 
 The excursion is 7.4° (SD 3.4) in men and 9.4° (SD 3.5) in women ✓.
 
@@ -230,14 +230,14 @@ PELVIC_SWAY = NormativeCurve(
     Spread(offset_deg=0.0, gain=0.0, shape_deg=0.06, side_deg=0.03, timing=0.01),
     opposed=True,
 )
-"""Sideways motion of the pelvis, in units of `SWAY_MM`, positive towards the side of the leg.
+"""Sideways motion of the pelvis, in units of `SWAY_MM`; positive towards the side of the leg.
 
 The pelvis is over the standing foot in mid-stance.
 
 Read: Orendurff et al. 2004 (timing)."""
 
 SWAY_MM = (22.0, 5.0)
-"""Mean and SD of half the sideways excursion of the pelvis.
+"""Mean and SD of the amplitude of the sideways motion of the pelvis, mm.
 
 Published: Saunders et al. 1953 (about 45 mm in all); spread read from Orendurff et al. 2004."""
 
@@ -247,7 +247,7 @@ THORAX_ROTATION = NormativeCurve(
     Spread(offset_deg=2.0, gain=0.35, shape_deg=0.4, side_deg=0.4, timing=0.03),
     opposed=True,
 )
-"""Axial rotation of the thorax, positive if it is forward on the side of the leg; opposite to the pelvis.
+"""Axial rotation of the thorax, opposite to the pelvis, degrees; positive if forward on the side of the leg.
 
 Read: Murray et al. 1967 (7° in all).
 """
@@ -258,7 +258,7 @@ THORAX_OBLIQUITY = NormativeCurve(
     Spread(offset_deg=1.0, gain=0.40, shape_deg=0.3, side_deg=0.3, timing=0.02),
     opposed=True,
 )
-"""Obliquity of the thorax, positive if the shoulder is up on the side of the leg; opposite to the pelvis.
+"""Obliquity of the thorax, opposite to the pelvis, degrees; positive if the shoulder is up on the side of the leg.
 
 Read: Crosbie et al. 1997.
 """
@@ -269,13 +269,13 @@ TRUNK_SWAY = NormativeCurve(
     Spread(offset_deg=0.7, gain=0.60, shape_deg=0.15, side_deg=0.1, timing=0.03),
     opposed=True,
 )
-"""Sideways lean of the line from hips to sternum, positive towards the side of the leg.
+"""Sideways lean of the line from hips to sternum, degrees; positive towards the side of the leg.
 
 Read: Thorstensson et al. 1984.
 """
 
 TRUNK_SWAY_BY_SEX = {True: 0.9, False: 0.5}
-"""Factors on the sideways lean of the trunk in men (True) and women.
+"""Factors of the sideways lean of the trunk for men (True) and women.
 
 With their mean of 0.7 and the sway of the pelvis, the head moves about 60 mm from side to side (read: Murray et al.
 1964, 59 mm).  Men sway more in the trunk, women roll more in the pelvis: direction, Mather & Murdoch 1994; Bruening
@@ -286,7 +286,7 @@ TRUNK_LEAN = NormativeCurve(
     (2.9, 2.7, 1.5, 1.3, 2.9, 2.7, 1.5, 1.3),
     Spread(offset_deg=2.5, gain=0.35, shape_deg=0.2, side_deg=0.1, timing=0.02),
 )
-"""Forward lean of the line from hips to sternum, which is largest near each foot contact.
+"""Forward lean of the line from hips to sternum, degrees; it is largest near each foot contact.
 
 Read: Thorstensson et al. 1984.
 """
@@ -296,7 +296,7 @@ HEAD_LEAN = NormativeCurve(
     (7.0, 7.6, 9.0, 8.4, 7.0, 7.6, 9.0, 8.4),
     Spread(offset_deg=5.0, gain=0.40, shape_deg=0.3, side_deg=0.15, timing=0.03),
 )
-"""Forward lean of the line from sternum to head; the head nods down while the body rises.
+"""Forward lean of the line from sternum to head, degrees; the head nods down while the body rises.
 
 Read: Hirasaki et al. 1999; mean and spread of posture assumed."""
 
@@ -307,7 +307,7 @@ UPPER_ARM = NormativeCurve(
     (-20.0, -15.5, -4.5, 5.0, 9.5, 4.5, -6.0, -15.5),
     Spread(offset_deg=4.0, gain=0.35, shape_deg=1.0, side_deg=2.0, timing=0.02),
 )
-"""Angle of the upper arm from the vertical, forward positive, in the cycle of the leg on the same side.
+"""Angle of the upper arm from the vertical, degrees, forward positive, over the gait cycle of the same side.
 
 The arm is at the back when this leg makes contact.
 
@@ -318,19 +318,19 @@ ELBOW = NormativeCurve(
     (17.0, 19.5, 29.0, 38.0, 31.0, 20.0),
     Spread(offset_deg=6.0, gain=0.35, shape_deg=1.2, side_deg=2.0, timing=0.02),
 )
-"""Flexion of the elbow over the gait cycle of the leg on the same side.
+"""Flexion of the elbow, degrees, over the gait cycle of the leg on the same side.
 
 Read: Murray et al. 1967; Perry 1992.
 """
 
 ARM_SPEED_REFERENCE = 0.45
-"""Dimensionless overground speed at which the arm curves were measured; arm swing is proportional to speed.
+"""Dimensionless walking speed at which the arm angles were measured; arm swing is proportional to speed.
 
 Direction: Murray et al. 1967.  Proportionality assumed."""
 
 ARM_ABDUCTION_DEG = {True: (10.0, 3.0), False: (8.0, 3.0)}
 FOREARM_TURNED_IN_DEG = (18.0, 10.0)
-"""Mean and SD of arm abduction in men (True) and women, and of the inward rotation of the forearm.
+"""Mean and SD of arm abduction in men (True) and women, and of inward rotation of the forearm, degrees.
 
 Men hold the elbows wider (Troje 2002).  Sizes assumed."""
 
@@ -351,6 +351,6 @@ CURVES = {
 
 
 def stopped(angle: np.ndarray, stop_deg: float) -> np.ndarray:
-    """Clamp a flexion angle, radians, smoothly at the extension stop of a joint."""
+    """Limit the extension of a joint, smoothly, to a smallest flexion angle; angles are in radians."""
     stop, soft = np.radians(stop_deg), np.radians(STOP_SOFTNESS_DEG)
     return stop + soft * np.logaddexp(0.0, (angle - stop) / soft)

@@ -15,12 +15,12 @@ from pipeline.synthetic.walkers import normative_gait as norm
 
 GRAVITY_MM_S2 = 9806.65
 SIDE = np.array([[-1.0], [1.0]])
-"""Sign of x on the left side (-1) and on the right side (+1), as a column."""
+"""Sign of the x coordinate on the left (-1) and on the right side (+1), as a column."""
 
 
 @dataclass(frozen=True)
 class Manner:
-    """A joint-angle curve of a person: landmark values (2, n), radians, and shift to earlier phases, cycles."""
+    """Parameters of a person's joint-angle curve: landmark values (2, n), radians, and phase shift, cycles."""
 
     values: np.ndarray
     shift: float
@@ -28,7 +28,7 @@ class Manner:
 
 @dataclass(frozen=True)
 class Body:
-    """Body lengths of a walker, mm; lengths that differ between left and right are columns (2, 1)."""
+    """Body lengths of a walker, mm; lengths of left and right limbs are columns (2, 1)."""
 
     stature: float
     thigh: np.ndarray
@@ -43,13 +43,13 @@ class Body:
 
     @property
     def leg_length(self) -> float:
-        """Leg length from hip to floor, mean of left and right, mm."""
+        """Leg length from hip to floor, mm, the mean of left and right."""
         return np.mean(self.thigh + self.shank) + body.SEGMENTS["ankle_height"] * self.stature
 
 
 @dataclass(frozen=True)
 class Person:
-    """A synthetic walker: body, speed (mm/s), stride frequency (Hz), and curves of joint angles (radians).
+    """Synthetic walker: body lengths, speed (mm/s), stride frequency (Hz) and joint-angle curves (radians).
 
     Lengths are in mm.  Left and right are columns (2, 1).
 
@@ -72,11 +72,11 @@ class Person:
     manner: dict[str, Manner]
 
     def basis(self, name: str, phase: np.ndarray) -> np.ndarray:
-        """Return the weights (P, n) of the n landmark values of an angle at phases (P,), cycles."""
+        """Return the weights (P, n) of the n landmark values of an angle curve at phases (P,), cycles."""
         return norm.CURVES[name].basis((phase + self.manner[name].shift) % 1.0)
 
     def curve(self, name: str, phase: np.ndarray, gain: np.ndarray | float = 1.0) -> np.ndarray:
-        """Return an angle (2, T), radians, of left and right at phases (2, T), cycles.
+        """Return a joint angle (2, T), radians, of left and right side, at phases (2, T), cycles.
 
         The deviation of the angle from its mean is multiplied by `gain`.
         """
@@ -93,29 +93,29 @@ class Person:
         return centre + gain * (((c3 * past + c2) * past + c1) * past + c0)
 
     def opposed(self, name: str, phase: np.ndarray) -> np.ndarray:
-        """Return half of (right minus left) of an angle, (T,); the sign changes when the sides are exchanged."""
+        """Return half the difference (T,) of an angle, right minus left; exchanging the sides changes its sign."""
         left, right = self.curve(name, phase)
         return (right - left) / 2.0
 
     def shared(self, name: str, phase: np.ndarray) -> np.ndarray:
-        """Return the mean of left and right of an angle, (T,); it repeats with every step."""
+        """Return the mean (T,) of an angle over left and right, which is periodic with each step."""
         left, right = self.curve(name, phase)
         return (left + right) / 2.0
 
     def hips(self, phase: np.ndarray) -> np.ndarray:
-        """Return the positions of the hips relative to the pelvis, (3, 2, T) mm."""
+        """Return the positions of the hips relative to the pelvis, (3, 2, T), mm."""
         yaw = self.opposed("pelvic_rotation", phase)
         roll = self.opposed("pelvic_obliquity", phase)
         axis = np.stack([np.cos(yaw) * np.cos(roll), np.sin(yaw) * np.cos(roll), np.sin(roll)])
         return self.body.half_hips * SIDE * axis[:, None]
 
     def sideways(self, phase: np.ndarray) -> np.ndarray:
-        """Return the sideways path of the pelvis, (T,) mm."""
+        """Return the sideways motion (T,) of the pelvis, mm."""
         return self.sway * np.degrees(self.opposed("pelvic_sway", phase))
 
 
 def leaning(forward: np.ndarray, sideways: np.ndarray) -> np.ndarray:
-    """Return unit vectors (3, T) that lean from the vertical, forward and to the right, by angles (T,), radians."""
+    """Return unit vectors (3, T) that lean forward and to the right from the vertical by angles (T,), radians."""
     return np.stack(
         [np.sin(sideways), np.sin(forward) * np.cos(sideways), np.cos(forward) * np.cos(sideways)]
     )
@@ -126,7 +126,7 @@ def _positive(rng: np.random.Generator, mean: float, cv: float, size: int | None
 
 
 def _draw_manner(rng: np.random.Generator, male: bool, pace: float, offsets: float) -> dict[str, Manner]:
-    """Draw all joint-angle curves of a person whose dimensionless speed is `pace`."""
+    """Draw all joint-angle curves of a person with dimensionless walking speed `pace`."""
     gains = {
         "pelvic_obliquity": norm.PELVIC_OBLIQUITY_BY_SEX[male],
         "trunk_sway": norm.TRUNK_SWAY_BY_SEX[male],
@@ -148,7 +148,7 @@ def _draw_manner(rng: np.random.Generator, male: bool, pace: float, offsets: flo
 
 
 def draw_person(rng: np.random.Generator, male: bool, offsets: float = 1.0) -> Person:
-    """Draw a person; every person takes the same number of random draws.
+    """Draw a synthetic walker; each walker uses the same number of random draws.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Variability of rhythm, angle excursions and foot placement that is correlated from stride to stride."""
+"""Correlated variation from stride to stride of stride time, joint angles and foot placement."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pipeline.synthetic.walkers.person import Person
 
 @dataclass(frozen=True)
 class Strides:
-    """Phases, gains and foot positions in each frame, which vary from stride to stride.
+    """Phases, angle factors and foot positions of a walk in each frame, which vary from stride to stride.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class Strides:
 
 
 def draw_strides(person: Person, rng: np.random.Generator, frames: int, frame_rate_hz: float) -> Strides:
-    """Draw correlated phases and gains; a shorter recording is the beginning of a longer one."""
+    """Draw the strides of a walk with correlated variation; a shorter walk is the beginning of a longer one."""
     cycles = np.arange(frames) * person.frequency / frame_rate_hz
     # One row per stride, with spare rows for strides faster than the mean.
     rows = int(np.ceil(cycles[-1] * 1.2)) + 4

@@ -1,4 +1,4 @@
-"""Postures of performances: resampled, with both ends kept."""
+"""Tests of posture sequences: a performance is resampled from its first to its last frame."""
 
 from __future__ import annotations
 

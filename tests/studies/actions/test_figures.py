@@ -1,4 +1,4 @@
-"""Figures of mozerov2006 on small data: the tables' columns, and what must be true of their numbers.
+"""Tests of the figures of mozerov2006 at smoke scale: columns of the tables, and relations between numbers.
 
 Smoke scale has six performances by five people; recorded ones take part where they are.
 """
@@ -35,12 +35,12 @@ Columns = dict[str, np.ndarray]
 
 
 def read(folder: Path, name: str, table: str = "table") -> Columns:
-    """One table of one figure."""
+    """Return one table of one figure as columns by name."""
     return tables.read(folder / name / f"{table}.csv")
 
 
 def of(columns: Columns, name: str, **labels: str) -> np.ndarray:
-    """A column's rows that carry labels in other columns."""
+    """Return the entries of a column in the rows where other columns have the given labels."""
     start = np.ones(len(columns[name]), dtype=bool)
     for column, label in labels.items():
         start &= columns[column] == label
@@ -49,12 +49,12 @@ def of(columns: Columns, name: str, **labels: str) -> np.ndarray:
 
 @pytest.fixture
 def store(smoke_results: Path) -> Store:
-    """Artefacts of all figures at smoke scale."""
+    """Cache with the stage results of all figures at smoke scale."""
     return Store(smoke_results)
 
 
 def make(store: Store, name: str, *overrides: str) -> Outcome:
-    """One figure at smoke scale."""
+    """Make one figure at smoke scale, and return its outcome."""
     inputs = [f"experiment={name}", "scale=smoke", f"results={store.results}", *overrides]
     config = compose(inputs)
     return make_figure(config, store.results / config.data.name / name, store=store)
@@ -62,7 +62,7 @@ def make(store: Store, name: str, *overrides: str) -> Outcome:
 
 @pytest.fixture
 def made(smoke_results: Path) -> Path:
-    """Folder of the figures of synthetic performances, with pictures and recordings."""
+    """Folder of the smoke-scale figures of synthetic performances, with pictures and recordings."""
     return smoke_results / "synthetic" / "smoke"
 
 

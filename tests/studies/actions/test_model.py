@@ -1,4 +1,4 @@
-"""Remarks on performances that do not look like one action."""
+"""Tests of the remarks on performances that do not look like performances of one action."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Share of a performance's height and cosines that the mean of the other performances explains."""
+"""Tests of the variance of pelvis height and direction cosines that other performances explain."""
 
 from __future__ import annotations
 

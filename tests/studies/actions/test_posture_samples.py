@@ -1,4 +1,4 @@
-"""Postures drawn from the action model: mozerov2006 figure 4."""
+"""Tests of postures that are sampled from the action model: mozerov2006 figure 4."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ Measure = Callable[..., SampledPostures]
 
 @pytest.fixture(scope="module")
 def measure() -> Measure:
-    """``measure(options, workers=…, seed=…)`` on a few synthetic performances."""
+    """Return a function that runs the sweep over posture samples on a few synthetic performances."""
     experiment = compose(["experiment=mozerov2006_fig4", "scale=smoke"])
     dataset, model = experiment.dataset, experiment.model
     clips = experiment.data.request(dataset.corpus, experiment.skeleton, experiment.seed, 1).make()
@@ -55,7 +55,7 @@ def test_accepted_draws_lie_within_the_bounds_and_the_others_without(measure: Me
 
 
 def test_the_postures_shown_are_accepted_and_frames_count_from_one(measure: Measure) -> None:
-    """Back from the joints: every limb has the same length in all samples, the first frame is the first sample."""
+    """All sampled bodies have the limb lengths of the mean performance, and frame 1 is its first sample."""
     result = measure(PostureSampling(frames=[1, 100], samples=5, measured=20, resamples=3))
     np.testing.assert_allclose(result.bodies[:, 0], result.mean_performance[[0, 99]], rtol=1e-12)
     lengths = posture.limb_lengths(result.mean_performance).limbs_mm

@@ -1,4 +1,4 @@
-"""Figure 4 and the tracker: what may be seen of a held-out performance, and what the prior is worth."""
+"""Tests of tracking with held-out performances: which data the tracker reads, and how much the prior helps."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ QUICK = HeldOutTracking(particles=[60], tracked=2, noise_mm=[10.0], occluded=[0.
 
 
 def built(*overrides: str) -> Postures:
-    """Postures of a few synthetic performances."""
+    """Return the postures of a few synthetic performances."""
     experiment = compose(["experiment=mozerov2006_tracking", "scale=smoke", *overrides])
     dataset = experiment.dataset
     clips = experiment.data.request(dataset.corpus, experiment.skeleton, experiment.seed, 1).make()
@@ -57,7 +57,7 @@ def postures() -> Postures:
 def measure(
     options: HeldOutTracking, postures: Postures, *, workers: int = 1, seed: int = 1
 ) -> TrackingErrors:
-    """Return the result of the sweep; it learns its own models, so it receives none."""
+    """Return the result of the tracking sweep, which learns its own action models."""
     inputs = SweepInputs(None, postures, None, ActionSpaceModel(), workers, seed)
     return options.measure(inputs)
 
@@ -69,7 +69,7 @@ def measured(postures: Postures) -> TrackingErrors:
 
 @pytest.fixture(scope="module")
 def trial(postures: Postures) -> Trial:
-    """The fourth performance by a model of the others."""
+    """Tracking trial of the fourth performance, with an action model learnt from all other performances."""
     everyone = performances_of(postures)
     out = np.arange(len(everyone)) == 3
     held_out = learn_without(ActionSpaceModel(), everyone, out)
@@ -77,7 +77,7 @@ def trial(postures: Postures) -> Trial:
 
 
 def changed(postures: Postures, which: np.ndarray, seed: int = 0) -> Postures:
-    """Return a copy in which some performances have changed altogether."""
+    """Return a copy of the data set in which the data of some performances are altered by large random numbers."""
     generator = np.random.default_rng(seed)
     frames = np.repeat(which, np.diff(postures.first))
     other = {}
@@ -92,7 +92,7 @@ def changed(postures: Postures, which: np.ndarray, seed: int = 0) -> Postures:
 
 
 def numbers(held_out: HeldOut) -> list[np.ndarray]:
-    """Everything that a model consists of."""
+    """Return all numbers of a learnt action model, as arrays."""
     action = held_out.action
     return [
         action.space.mean, action.space.components, action.space.eigenvalues, action.model.mean,
@@ -131,7 +131,7 @@ def test_a_person_who_performs_twice_leaves_whole() -> None:
 
 
 def test_hidden_joints_are_never_read(trial: Trial) -> None:
-    """Wherever they are in truth, image and track are the same."""
+    """The image and the track are the same if hidden joints are moved by ten metres."""
     for share in (0.25, 0.5, 0.8):
         condition = Condition(40, 10.0, share)
         image = trial.seen(condition)
@@ -156,7 +156,7 @@ def test_joints_that_are_seen_are_read(trial: Trial) -> None:
 
 
 def test_conditions_do_not_influence_each_other(trial: Trial) -> None:
-    """Each gives alone, and in whatever order, what it gives among others."""
+    """Tracks under one condition do not depend on the order and number of conditions that are computed."""
     target = [Condition(30, 10.0, 0.0), Condition(50, 10.0, 0.25), Condition(30, 0.0, 0.5)]
     among = trial.all(target, target[1])
     for order in ([2, 1, 0], [1], [0, 1]):
@@ -171,7 +171,7 @@ def test_conditions_do_not_influence_each_other(trial: Trial) -> None:
 
 
 def errors_by_method(measured: TrackingErrors) -> pd.DataFrame:
-    """A column to each method, a row to each way, condition and performance."""
+    """Return the tracking errors with a column for each method, and a row for each condition and performance."""
     index = ["leave_out", "varied", "particles", "noise_mm", "occluded", "performance"]
     return measured.rows.pivot(index=index, columns="method", values="error_mm")
 
@@ -264,7 +264,7 @@ def test_noise_has_the_size_it_is_said_to_have(trial: Trial) -> None:
 
 
 def test_particles_that_are_no_posture_have_no_weight(trial: Trial) -> None:
-    """A thigh against its rest direction has no frame: that particle goes, the others stay as they are."""
+    """A particle whose thigh points against its rest direction gets weight zero; other particles are unchanged."""
     space, body = trial.held_out.action.space, trial.performance.body
     postures = space.postures(trial.held_out.action.model.mean[:7])
     thigh = slice(1 + 3 * 4, 1 + 3 * 5)
@@ -301,7 +301,7 @@ def test_a_performance_stands_alike_wherever_it_was_recorded(trial: Trial, seed:
 
 @pytest.mark.parametrize("frame", posture.FRAMES)
 def test_joints_and_postures_of_a_performance_belong_together(frame: str) -> None:
-    """Up to the lengths of limbs, which vary by a few millimetres in what is recorded."""
+    """Joints computed from the postures are within a mean distance of 10 mm of the recorded joints."""
     performance = performances_of(built(f"dataset.frame={frame}"))[3]
     again = posture.joints(performance.postures, performance.body, frame=performance.frame)
     assert np.linalg.norm(again - performance.joints_mm, axis=-1).mean() < 10.0

@@ -1,4 +1,4 @@
-"""Baselines of mozerov2006: performances without mistiming, patterns and modes of other people, people drawn again."""
+"""Tests of the baselines of mozerov2006: performances without timing errors, and results for other people."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ OPTIONS = ActionSpaceModel(samples=40, max_disparity=19)
 
 @pytest.fixture(scope="module")
 def dataset() -> Postures:
-    """Ten bends by five people."""
+    """Ten synthetic bending performances by five people."""
     clips = synthetic_performances(SyntheticPerformances(performances=10, subjects=5), 3)
     return PostureDataset().build(clips, workers=1)
 
@@ -75,7 +75,7 @@ def test_the_pattern_of_others_has_not_seen_the_person() -> None:
     groups: list[list[int]] = []
 
     def middle(others: np.ndarray) -> int:
-        """Position of the median among the others, who are recorded."""
+        """Return the position of the median among some performances, and store the numbers of these performances."""
         groups.append(others.tolist())
         return len(others) // 2
 

@@ -1,4 +1,4 @@
-"""Stretches of synthetic clips, and what a sweep makes of them."""
+"""Inputs for tests of limbs: motion stretches from synthetic clips, and results of sweeps over these stretches."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pipeline.studies.study import Sweep, SweepInputs
 
 
 def stretches_of(name: str) -> LimbStretches:
-    """The data set of a preset at smoke scale."""
+    """Return the motion stretches of a preset at smoke scale."""
     experiment = compose(["scale=smoke", f"experiment={name}"])
     corpus = experiment.dataset.corpus
     clips = experiment.data.request(corpus, experiment.skeleton, experiment.seed, 1).make()
@@ -22,5 +22,5 @@ def stretches_of(name: str) -> LimbStretches:
 def measure(
     sweep: Sweep, stretches: LimbStretches, model: TrajectoryBasisModel, *, workers: int = 1, seed: int = 7
 ) -> Any:
-    """Return the result of a sweep, which needs only the options of the model."""
+    """Return the result of a sweep over limbs, which needs the options of the model but no learnt model."""
     return sweep.measure(SweepInputs(None, stretches, None, model, workers, seed))

@@ -1,4 +1,4 @@
-"""Stretches of equal length out of clips of varied motion."""
+"""Tests of motion stretches of equal length that are cut from clips of varied motion."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tests.rejects import rejects
 
 @pytest.fixture(scope="module")
 def clips() -> VariedClips:
-    """Three clips at 60 Hz: bending takes as long as it does, the others exactly three seconds."""
+    """Three clips at 60 Hz: one of bending with its natural duration, and two of exactly three seconds."""
     return synthetic_clips(SyntheticClips(clips=3, seconds=3.0, frame_rate_hz=60.0), 3)
 
 

@@ -1,4 +1,4 @@
-"""Measures of limbs in replicates, and the baselines."""
+"""Tests of the measures of limbs in bootstrap replicates, and of the baselines of limbs."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ CLIPS = 12
 
 
 def trials() -> pd.DataFrame:
-    """Errors of limbs at four scales and root errors, four trials of each clip, some equal."""
+    """Table of random limb errors at four relative radii and four root errors, with four trials of each per clip."""
     rng = np.random.default_rng(5)
     rows = CLIPS * 16
     return pd.DataFrame(
@@ -91,7 +91,7 @@ def test_people_are_drawn_and_not_their_clips_where_they_are_known() -> None:
 
 @pytest.fixture(scope="module")
 def stretches() -> LimbStretches:
-    """Stretches of a few synthetic clips."""
+    """Motion stretches of a few synthetic clips."""
     return stretches_of("park2011_fig4")
 
 

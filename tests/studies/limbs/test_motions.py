@@ -1,4 +1,4 @@
-"""Figure 4 of park2011 on small data: what must be true of the numbers, and what may be unknown."""
+"""Tests of figure 4 of park2011 at smoke scale: relations between numbers, and reconstructions with less input."""
 
 from __future__ import annotations
 
@@ -27,23 +27,23 @@ Columns = dict[str, np.ndarray]
 
 @pytest.fixture(scope="module")
 def stretches() -> LimbStretches:
-    """Stretches of the synthetic clips of smoke scale."""
+    """Motion stretches of the synthetic clips at smoke scale."""
     return stretches_of("park2011_fig4")
 
 
 @pytest.fixture
 def folder(smoke_results: Path) -> Path:
-    """Figure 4 at smoke scale."""
+    """Folder of figure 4 of park2011 at smoke scale."""
     return smoke_results / "synthetic" / "smoke" / "park2011_fig4"
 
 
 def read(folder: Path, table: str = "table") -> Columns:
-    """One table."""
+    """Return one table of figure 4 of park2011 as columns by name."""
     return tables.read(folder / f"{table}.csv")
 
 
 def of(columns: Columns, name: str, **labels: object) -> np.ndarray:
-    """A column's rows that carry labels in other columns."""
+    """Return the entries of a column in the rows where other columns have the given labels."""
     start = np.ones(len(columns[name]), dtype=bool)
     for column, label in labels.items():
         start &= columns[column] == label
@@ -140,7 +140,7 @@ def test_mirrors_are_tried_beside(stretches: LimbStretches) -> None:
 
 
 def test_lengths_may_come_from_the_rays(stretches: LimbStretches) -> None:
-    """Nothing of the person is then known but the root: ratios say how wrong the lengths are."""
+    """Limb lengths that are estimated from the rays are within 15 % of the true lengths on average."""
     options = MotionsSweep(cameras=[Camera.shaky], clips=1, lengths=Lengths.estimated, time_limit_s=0.0)
     result = measure(options, stretches, BASIS)
     limbs = result.limbs[~result.limbs["mirrors_tried"]]

@@ -1,4 +1,4 @@
-"""Sweeps over limbs: trials, park2011 figures 3a to 3d and the benchmark of proofs."""
+"""Tests of the sweeps over limbs: trials, figures 3a to 3d of park2011, and the benchmark of proved optima."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ SOFT = TrajectoryBasisModel(basis=Basis.soft, softness=8.0)
 
 @pytest.fixture(scope="module")
 def limbs() -> LimbStretches:
-    """Stretches of a few synthetic clips."""
+    """Motion stretches of a few synthetic clips."""
     return stretches_of("park2011_fig3a")
 
 
@@ -96,7 +96,7 @@ def test_whole_numbers_increase_and_come_from_where_they_say(seed: int, count: i
 
 
 def every(limbs: LimbStretches, workers: int, seed: int) -> list[dict[str, np.ndarray]]:
-    """The arrays of every sweep, as small as it can be."""
+    """Return the arrays of each kind of sweep over limbs, computed with very few trials."""
     sweeps: list[tuple[Sweep, TrajectoryBasisModel]] = [
         (ReconstructibilitySweep(trials=2, refined=1, cameras=SHAKY), HARD),
         (ANY, HARD),
@@ -243,7 +243,7 @@ def test_the_scatter_holds_all_trials(smoke_results: Path) -> None:
 def test_a_limb_that_hangs_by_the_adjusted_radius_does_not_depend_on_a_radius_too_small(
     smoke_results: Path,
 ) -> None:
-    """Whatever only reads its length off the rays is as near at every small scale: the baseline of figure 3c."""
+    """The error of a baseline with a length adjusted to the rays does not depend on the assumed radius: figure 3c."""
     table = tables.read(smoke_results / "synthetic" / "smoke" / "park2011_fig3c" / "table_trials.csv")
     small = (table["adjust"] == REFINED) & (table["radius_scale"] < 0.5)
     spread: dict[str, list[float]] = {"hanging_error": [], "adjusted_hanging_error": []}

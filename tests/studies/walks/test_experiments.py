@@ -1,4 +1,4 @@
-"""Both experiments on walks against the estimates as the papers print them, walker by walker and view by view."""
+"""Tests of both experiments on walks against the estimates of the papers' equations, for each walker and view."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from tests.walk3d.anatomy.study.test_anatomical import samples
 from tests.walk3d.anatomy.study.test_method import inputs
 
 VIEWS = Grid(start=-70, stop=40, step=55)
-"""Not alike on both sides: a view in the place of another shows."""
+"""View angles that are not symmetric about zero, so that exchanged views would be noticed."""
 NOISE = (None, 70.0)
 DATA = samples()
 ROWS = linear_model.flatten(DATA.coefficients)
 
 
 def without(walk: int) -> LinearModel:
-    """Learnt from all walks of other people."""
+    """Return the linear model that is learnt from all walks of other people."""
     return linear_model.fit(ROWS[DATA.person != DATA.person[walk]], 4)
 
 
@@ -56,7 +56,7 @@ def test_every_error_at_a_known_view_is_that_of_the_printed_estimate() -> None:
 
 
 def test_residual_and_variance_are_along_the_missing_dimension_of_each_view() -> None:
-    """A covariance of 100, 400 and 30 mm² along x, y and both gives a variance of s² 100 - 2 s c 30 + c² 400."""
+    """The variance of the missing dimension follows from the covariance of x and y at each view angle."""
     covariance = np.array([[100.0, 30.0, 0.0], [30.0, 400.0, 0.0], [0.0, 0.0, 25.0]])
     residual = np.broadcast_to(covariance, (*DATA.residual_covariance.shape[:2], 3, 3))
     data = replace(DATA, residual_covariance=residual, temporal_covariance=10.0 * residual)

@@ -1,4 +1,4 @@
-"""Errors computed anew are those of the sweep, unless something is wrong between the recorded walks and its rows."""
+"""Tests of the recomputed errors: they equal those of the sweep, unless walks and table rows do not match."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ SWEEP = KnownView(
 def largest_difference(
     model: EigenwalkersModel, sweep: KnownView, data: Any = DATA, seen: Any = None
 ) -> float:
-    """Return the largest difference of the sweep of `seen` from errors that are computed anew."""
+    """Return the largest relative difference between the errors of a sweep and the recomputed errors."""
     learnt = model.learn(data, workers=1)
     result = sweep.measure(SweepInputs(None, seen or data, learnt, model, 1, 1))  # type: ignore[arg-type]
     table = recomputed(data, model, sweep, result.rows, learnt.kept)

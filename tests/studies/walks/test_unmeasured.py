@@ -1,4 +1,4 @@
-"""Joints that were estimated have no part in any error: the walker's numbers do not move, wherever they are put."""
+"""Test that estimated joints do not affect any error, whatever their positions are."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ OPTIONS = EigenwalkersModel(components=3)
 
 @pytest.fixture(scope="module")
 def people() -> tuple[Walks, FourierSamples]:
-    """Eight people of two sources; the head of one was estimated."""
+    """Return eight walkers from two sources, one of them with an estimated head."""
     data = SyntheticData(name="synthetic", walkers=8, duration_s=4.0)
     clips = synthetic_walks(data, 3, 1)
     estimated = clips.estimated.copy()
@@ -39,7 +39,7 @@ def people() -> tuple[Walks, FourierSamples]:
 
 
 def planted(clips: Walks, samples: FourierSamples) -> tuple[Walks, FourierSamples]:
-    """The same with the estimated head metres away, waving."""
+    """Return the same walkers with the estimated head moved at random by metres."""
     wild = np.random.default_rng(1)
     changed = {}
     for name, size in (("coefficients", 3e3), ("residual_covariance", 1e5), ("temporal_covariance", 1e6)):
@@ -97,7 +97,7 @@ def test_the_view_angle_is_found_without_it(people: tuple[Walks, FourierSamples]
 
 
 def test_sigma2_is_chosen_by_the_errors_of_measured_joints(people: tuple[Walks, FourierSamples]) -> None:
-    """The choice equals that of loops over the printed estimator without the wild joint."""
+    """The selected sigma² equals that of a direct computation without the estimated head."""
     _, samples = planted(*people)
     observed = np.repeat((np.arange(15) != HEAD)[None], 8, axis=0)
     observed[np.arange(8) != R] = True

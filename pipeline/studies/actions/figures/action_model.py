@@ -1,4 +1,4 @@
-"""Training performances in the aSpace in three alignments, and the learnt action model: mozerov2006 figure 3.
+"""Training performances in three alignments and the learnt action model: mozerov2006 figure 3.
 
 The columns of the paper: (a) not synchronized, (b) synchronized automatically, (c) by key-frames, (d) mean performance
 and three standard deviations on either side of it.  `key_frame_agreement` says how (b) is compared with (c).
@@ -40,12 +40,12 @@ ALIGNED = {
     "synchronized": ("(b) automatically", "sample"),
     "keyframe": ("(c) by key-frames", "sample"),
 }
-"""Title and x-axis label of the three columns of panels that show performances; the model is in the fourth."""
+"""Titles and x-axis labels of the three columns of panels that show performances in different alignments."""
 
 PUBLISHED = Reference(x=16.0, y="mozerov2006_variance_captured", label="published: 16, 95 %")
 
 MEAN_COLOUR, LINEAR_COLOUR = "orange", "grey"
-"""Colour of the mean performance, and colour of the bounds learnt from linearly synchronized performances."""
+"""Colour of the mean performance, and colour of the bounds that are learnt without nonlinear synchronization."""
 
 THIN = Style("a performance", "blue", width=1 / 3, opacity=0.7)
 THIN_DASHED = Style("", "blue", line="dashed", width=1 / 3, opacity=0.7)
@@ -54,7 +54,7 @@ Inputs = FigureInputs[Postures, Action, Timings]
 
 
 class ActionModelFigure(Figure):
-    """Figure of the performances and the action model in the first dimensions of the aSpace."""
+    """Figure of the performances and the action model in the first dimensions of the posture space (aSpace)."""
 
     model = ActionSpaceModel
     sweep = Timing
@@ -62,7 +62,7 @@ class ActionModelFigure(Figure):
     dimensions: Count = 4  # of the aSpace that are drawn
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table``, with the drawn sequences, and the tables of the model, its spectrum and the performances.
+        """Return the drawn curves in ``table``, and further tables of the model, its spectrum and the performances.
 
         ``table_paths`` has the cost of the paths in use, recomputed.  ``table_pairs``, ``table_space`` and
         ``table_space_draws`` are what the claims and their intervals rest on; ``table_timing`` depends on the machine.
@@ -105,7 +105,7 @@ class ActionModelFigure(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Return charts with a row for each dimension and the paper's four columns; the page adds the spectrum."""
+        """Return charts of each dimension in the paper's four columns, and for the page a chart of the spectrum."""
         bound = options_of(inputs).bound
         charts = [
             chart
@@ -136,7 +136,7 @@ class ActionModelFigure(Figure):
         )
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Record the mean performance and the others as skeletons, the model over samples and all distances."""
+        """Record all performances as skeletons, the curves of the action model, and distances between performances."""
         action, bound, names = inputs.model, options_of(inputs).bound, inputs.samples
         median = action.median
         with begin(
@@ -172,7 +172,7 @@ class ActionModelFigure(Figure):
             rec.blueprint(Columns(left, Rows(*rec.plots)), playing=True)
 
     def _shown(self, inputs: Inputs) -> int:
-        """Return the number of dimensions that are drawn and tabulated."""
+        """Return the number of dimensions of the posture space (aSpace) that are drawn and tabulated."""
         return min(self.dimensions, inputs.model.space.dimensions)
 
 

@@ -26,12 +26,12 @@ Inputs = FigureInputs[Postures, Action, Any]
 
 
 def options_of(inputs: Inputs) -> ActionSpaceModel:
-    """Return the options with which the action was learnt."""
+    """Return the options of the model stage with which the action model was learnt."""
     return cast(ActionSpaceModel, inputs.experiment.model)
 
 
 def sequence_rows(inputs: Inputs, components: Sequence[int]) -> pd.DataFrame:
-    """Return a row for each alignment, performance, sample and component of the aSpace (counted from 1)."""
+    """Return a row for each alignment, performance, sample and component of the posture space, counted from 1."""
     return pd.concat(
         [
             pd.DataFrame(
@@ -52,7 +52,7 @@ def sequence_rows(inputs: Inputs, components: Sequence[int]) -> pd.DataFrame:
 
 
 def mean_variance_left(performances: Sequence[np.ndarray]) -> float:
-    """Return the variance between performances, averaged over samples with the number of performances as weight.
+    """Return the variance between performances, averaged over samples and weighted by the number of performances.
 
     Performances of unequal lengths are compared frame by frame, while at least two of them last.
     """
@@ -66,7 +66,7 @@ def mean_variance_left(performances: Sequence[np.ndarray]) -> float:
 def skeleton(
     inputs: Inputs, coordinates: np.ndarray, performance: int, *, aside_mm: float = 0.0
 ) -> np.ndarray:
-    """Return the joints (T, 15, 3), mm, of a performer who stands on the ground in postures (T, b) of the aSpace.
+    """Return the joints (T, 15, 3), mm, of a performer who stands on the ground, from aSpace coordinates (T, b).
 
     `aside_mm` moves the person along the first heading, +y, so that two people who bend forwards do not overlap when
     seen from the side.

@@ -1,4 +1,4 @@
-"""Agreement of other alignments with synchronization by key-frames.
+"""Agreement between synchronization by key-frames and other methods to align performances in time.
 
 The paper claims that "the results are very similar" [mozerov2006 section 4].
 
@@ -30,7 +30,7 @@ from pipeline.studies.figure_inputs import sd
 def sequence_differences(
     action: Action, options: ActionSpaceModel, alignment: str
 ) -> tuple[np.ndarray, float]:
-    """Return the rms differences from synchronization by key-frames, of performances (M,) and of their mean.
+    """Return rms differences from synchronization by key-frames, of each performance (M,) and of their mean.
 
     The first result compares each performance in the given alignment with the same performance synchronized by
     key-frames.  The second compares the means over performances.
@@ -46,13 +46,13 @@ def sequence_differences(
 
 
 def correspondence_differences(action: Action, alignment: str) -> np.ndarray:
-    """Return the mean absolute difference (M - 1,) between frames matched by an alignment and by key-frames."""
+    """Return the mean absolute time difference (M - 1,), frames, between an alignment and key-frames."""
     off = np.abs(action.matched_frames(alignment) - action.matched_frames("keyframe")).mean(axis=1)
     return np.delete(off, action.median)
 
 
 def alignments_compared(action: Action, options: ActionSpaceModel) -> pd.DataFrame:
-    """Return ``table_stages``: remaining variance, acceptance and difference from key-frames, for each alignment.
+    """Return ``table_stages`` with the variance between performances and the acceptance of postures, by alignment.
 
     Cells are empty where a number is undefined: raw performances have no common samples, and a single person cannot
     be left out.

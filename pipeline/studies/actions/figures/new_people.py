@@ -1,4 +1,4 @@
-"""Generalisation to new people, from held-out people and bootstrap samples of people.
+"""Generalisation of the action model to new people, from held-out people and from bootstrap samples of people.
 
 Held-out people are compared with the pattern and the modes of the others.  Bootstrap samples give the variation of the
 spectrum.
@@ -19,15 +19,15 @@ from pipeline.seeding import derive_generator
 from pipeline.studies.replicated import DRAW
 
 MODES = 4
-"""Dimensions of the aSpace that mozerov2006 figure 3 shows."""
+"""Number of dimensions of the posture space (aSpace) that mozerov2006 figure 3 shows."""
 
 COVERED, PRINTED = 0.95, 16
-"""Share of variance that the aSpace explains, and the published number of eigenvectors that explain it."""
+"""Share of the posture variance that the aSpace explains, and the published number of its eigenvectors."""
 
 
 @dataclass(frozen=True)
 class Moments:
-    """Sums over each person's postures, which yield the covariance of postures in any sample of people.
+    """Sums over the postures of each person, from which covariances of postures for any sample of people follow.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class Moments:
     squares: np.ndarray
 
     def covariances(self, weights: np.ndarray) -> np.ndarray:
-        """Return the covariance matrices (B, 37, 37) of postures for B weightings (B, C) of the C people."""
+        """Return the covariance matrices (B, 37, 37) of postures, for B rows of person weights (B, C)."""
         count = (weights @ self.count)[:, None]
         mean = weights @ self.total / count
         return (
@@ -51,7 +51,7 @@ class Moments:
 
 
 def moments(performances: Sequence[np.ndarray], person: np.ndarray) -> Moments:
-    """Return the sums over postures (F_i, 37) for each person, in alphabetical order of people."""
+    """Return sums of the postures (F_i, 37) and of products of their numbers, for each person in alphabetical order."""
     middle = np.concatenate(performances).mean(axis=0)  # against cancellation
     groups = [
         np.concatenate([p for p, who in zip(performances, person, strict=True) if who == label]) - middle
@@ -65,7 +65,7 @@ def moments(performances: Sequence[np.ndarray], person: np.ndarray) -> Moments:
 
 
 def space_tables(performances: Sequence[np.ndarray], person: np.ndarray) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Return the size of the aSpace for all people, ``table_space``, and for resamples, ``table_space_draws``.
+    """Return tables of the number of eigenvectors for the required variance, for all people and resampled people.
 
     The uncorrelated baseline shuffles each number of a posture over time, so that only the diagonal of the covariance
     remains.  The paper's number of eigenvectors is taken from all people: eigenvectors of a resample would cover
@@ -83,7 +83,7 @@ def space_tables(performances: Sequence[np.ndarray], person: np.ndarray) -> tupl
 
 
 def _sizes(covariances: np.ndarray, of_all: np.ndarray) -> pd.DataFrame:
-    """Return the numbers (B,) of eigenvectors that explain the required variance, and a share (B,) of variance.
+    """Return the number (B,) of eigenvectors for the required variance, and the variance share (B,) of the first 16.
 
     The share is explained by the published number of eigenvectors, computed from all people.
     """
@@ -103,7 +103,7 @@ def _sizes(covariances: np.ndarray, of_all: np.ndarray) -> pd.DataFrame:
 def patterns_of_others(
     distances: np.ndarray, person: np.ndarray, pattern_of: Callable[[np.ndarray], int]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return two distances (M,) of each performance: from other people's pattern, and from all their performances.
+    """Return each performance's distance (M,) from the median performance of other people, and from all on average.
 
     The second distance is a mean.  NaN if fewer than two performances of others remain.
 
@@ -130,7 +130,7 @@ def patterns_of_others(
 def variance_along_modes(
     performances: Sequence[np.ndarray], person: np.ndarray, modes: int = MODES
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the share (M,) of each performance's variance along the first modes of other people, and a baseline.
+    """Return the share (M,) of each performance's variance along the eigenvectors of other people, and a baseline.
 
     The baseline uses as many single numbers of a posture, those that vary most in the other people.  NaN for a single
     person.

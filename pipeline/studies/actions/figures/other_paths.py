@@ -1,4 +1,4 @@
-"""Alternative paths through a trellis, whose costs test that the optimal path is optimal: mozerov2006 figure 2.
+"""Alternative paths through a trellis, which are compared with the optimal path: mozerov2006 figure 2.
 
 Symbols: ``p`` sample, ``d`` disparity, ``k`` step of the recurrence, from d + k at p - 1 to d at p.
 """
@@ -11,7 +11,7 @@ from pipeline.core.synchronization import Trellis
 
 
 def distances_so_far(nodes: Trellis, image: np.ndarray, paths: np.ndarray) -> np.ndarray:
-    """Cumulative synchronization distance (N, P) along paths, up to and including each sample.
+    """Cumulative synchronization distance (N, P) along each of N paths, up to and including each sample.
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ def distances_so_far(nodes: Trellis, image: np.ndarray, paths: np.ndarray) -> np
 
 
 def single_corner_changes(nodes: Trellis, path: np.ndarray) -> np.ndarray:
-    """Admissible paths (N, P) that differ from the path (P,) at exactly one sample, by a disparity of 1."""
+    """Admissible paths (N, P) whose disparity differs from the path (P,) by 1 at exactly one sample."""
     count = len(path)
     changed = np.repeat(path[None], 2 * count, axis=0)
     changed[np.arange(2 * count), np.tile(np.arange(count), 2)] += np.repeat([-1, 1], count)
@@ -56,7 +56,7 @@ def random_paths(nodes: Trellis, count: int, generator: np.random.Generator) -> 
 
 
 def _reached(nodes: Trellis, least: int) -> np.ndarray:
-    """Mask of the nodes that paths from the start can reach, with axes (P, disparities from `least` upwards)."""
+    """Mask of the trellis nodes that admissible paths can reach, with axes (P, disparities from `least` upwards)."""
     disparities = np.arange(least, nodes.high.max() + 1)
     inside = (disparities >= nodes.low[:, None]) & (disparities <= nodes.high[:, None])
     reached = inside.copy()

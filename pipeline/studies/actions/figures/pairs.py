@@ -1,4 +1,4 @@
-"""Squared distances between all pairs of performances.
+"""Squared distances between the postures of all pairs of performances.
 
 They give the variance between performances for any resample of people.
 
@@ -22,7 +22,7 @@ BASELINES = ("linear", "keyframe", "synchronized")
 
 
 def squared_distances(performances: Sequence[np.ndarray]) -> np.ndarray:
-    """Return the mean squared distance (M, M) between performances (F_i, b), over the frames of the shorter one."""
+    """Return the mean squared distance (M, M) of performances (F_i, b), up to the end of the shorter performance."""
     lengths = np.array([len(x) for x in performances])
     if (lengths == lengths[0]).all():
         flat = np.stack(performances).reshape(len(performances), -1)
@@ -36,7 +36,7 @@ def squared_distances(performances: Sequence[np.ndarray]) -> np.ndarray:
 
 
 def pairs_table(inputs: Inputs, baseline: WithoutMistiming, components: slice = slice(None)) -> pd.DataFrame:
-    """Return ``table_pairs``: squared distances of ordered pairs, for each alignment and without timing errors."""
+    """Return ``table_pairs``: squared distances between pairs of performances in each alignment, with baselines."""
     sequences = {alignment: inputs.model.sequences(alignment) for alignment in ALIGNMENTS}
     sequences |= {f"baseline_{name}": list(getattr(baseline, name)) for name in BASELINES}
     person, names = inputs.dataset.person, np.array(inputs.samples)

@@ -21,7 +21,7 @@ Inputs = FigureInputs[Postures, Action, Any]
 
 
 def performances_table(inputs: Inputs) -> pd.DataFrame:
-    """Table with a row for each performance, including results with its person held out."""
+    """Table with a row for each performance, including results of models that are learnt without its person."""
     action, data = inputs.model, inputs.dataset
     postures = data.split(data.postures)
     model = options_of(inputs)
@@ -63,7 +63,7 @@ def performances_table(inputs: Inputs) -> pd.DataFrame:
 
 
 def paths_table(inputs: Inputs) -> pd.DataFrame:
-    """Return ``table_paths``: cost of the path from each performance to the pattern, as stored and as recomputed.
+    """Return ``table_paths``: cost of the path from each performance to the median sequence, stored and recomputed.
 
     Recomputed by [mozerov2006 12] with the smoothness and the penalty of the options.  The pattern itself has no path.
     """
@@ -95,7 +95,7 @@ def paths_table(inputs: Inputs) -> pd.DataFrame:
 
 
 def _explained(postures: list[np.ndarray], action: Action) -> list[np.ndarray]:
-    """Shares (M,) of variance explained by the mean of the other performances, for the height and for the cosines."""
+    """Shares (M,) of the variance of the pelvis height and of the direction cosines that other performances explain."""
     normalised = np.stack([synchronization.normalise(p, action.linear.shape[1]) for p in postures])
     all_in_step = synchronization.warp(normalised, action.disparity)  # (M, P, 37)
     others = (all_in_step.sum(axis=0) - all_in_step) / (len(all_in_step) - 1)
@@ -113,7 +113,7 @@ def _cosines(postures: np.ndarray) -> np.ndarray:
 
 
 def _angle_change_max(cosines: np.ndarray) -> float:
-    """Largest change of a limb's azimuth between frames, in half turns.
+    """Largest change of the azimuth of any limb from one frame to the next, in half turns.
 
     The range of an azimuth in half turns is 2, as is the range of a cosine.
     """
@@ -122,7 +122,7 @@ def _angle_change_max(cosines: np.ndarray) -> float:
 
 
 def posture_table(inputs: Inputs) -> pd.DataFrame:
-    """Table with the size of a posture, the smoothness of its cosines, and the asymmetry of the distances C(n, m)."""
+    """Table of the length of a posture vector, the largest changes of cosines, and the asymmetry of pair distances."""
     data, distances = inputs.dataset, inputs.model.distances
     cosines = _cosines(data.postures)
     within = np.delete(np.arange(1, len(cosines)), data.first[1:-1] - 1)  # not from one clip to the next

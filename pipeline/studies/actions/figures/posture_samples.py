@@ -1,4 +1,4 @@
-"""Mean postures and random accepted postures as skeletons: mozerov2006 figure 4."""
+"""Mean postures and random postures that the action model accepts, as skeletons: mozerov2006 figure 4."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ from pipeline.studies.study import Figure, Picture, Recorder, Tables
 from pipeline.validation import require_range
 
 MEAN_COLOUR, SAMPLE_COLOUR = "orange", "blue"
-"""Colours of the mean performance and of the accepted samples in the recording."""
+"""Colours of the mean performance and of the accepted sampled postures in the recording."""
 
 SIDE_DEG, VIEW_DEG = -90.0, -55.0
-"""Azimuth of the picture's view, from the left, and of the recording's view, from the front left."""
+"""Azimuths of the views: from the left in the picture, and from the front left in the recording."""
 
 EXAMPLES = 7
-"""Largest number of samples that the picture shows for each frame."""
+"""Largest number of sampled postures that the picture shows for each frame."""
 
 SPACING_MM = 750.0
-"""Distance between neighbouring skeletons in the recording, which stand in a row across the view."""
+"""Distance, mm, between neighbouring skeletons in the recording."""
 
 Inputs = FigureInputs[Postures, Action, SampledPostures]
 
 
 class PostureSamples(Figure):
-    """Figure of mean postures and accepted samples as skeletons."""
+    """Figure of mean postures and of random postures that the action model accepts, as skeletons."""
 
     model = ActionSpaceModel
     sweep = PostureSampling
@@ -46,7 +46,7 @@ class PostureSamples(Figure):
             require_range("sweep.frames", frame, at_least=1, at_most=samples)
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table``, joints of mean postures (draw -1) and samples, and ``table_samples``, with distances.
+        """Return ``table`` with the joints of displayed postures, and further tables with distances of postures.
 
         ``table_samples_draws``: distances by models of resampled people.  ``table_tails``: the tail of the distances,
         with each coordinate drawn by itself and from the full covariance; ``table_tails_draws``: by resampled people.
@@ -67,7 +67,7 @@ class PostureSamples(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Return a sheet without charts, whose caption states the distances of the samples."""
+        """Return a sheet without charts, whose caption states how far sampled postures are from recorded postures."""
         accepted = tables["table_samples"].query("kind == 'accepted'")
         measured = "; ".join(
             f"frame {row.frame}: {row.spread_mm:.0f} mm from the mean posture, "
@@ -83,7 +83,7 @@ class PostureSamples(Figure):
         )
 
     def draw(self, inputs: Inputs, tables: Tables, picture: Picture) -> None:
-        """Draw, for each frame, a row with the mean posture and a row with the samples that differ most.
+        """Draw for each frame the mean posture and the sampled postures that are farthest from it and from each other.
 
         Each coordinate drawn by itself; and together, from the full covariance of the frame.
         """
@@ -105,7 +105,7 @@ class PostureSamples(Figure):
         picture.skeletons(rows, WALKER15.bones, legend=("mean posture", "accepted by the action model"))
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Record the mean performance over time, and for each frame the mean posture next to the samples."""
+        """Record the mean performance over time, and the mean posture next to sampled postures for each frame."""
         performance = inputs.sweep.mean_performance
         angle = np.radians(VIEW_DEG)
         # The eye is in front of the row, where the image's horizontal runs to the left.
@@ -151,7 +151,7 @@ class PostureSamples(Figure):
 
 
 def _tails(tables: Tables) -> str:
-    """Return the caption's sentence on the largest distances of samples, for both ways of sampling."""
+    """Return the caption's sentence on the distances of sampled from recorded postures, for two sampling methods."""
     means = tables["table_tails"].groupby("kind")[["nearest_training_p95_mm", "beyond_100mm_percent"]].mean()
     by_itself, together = (
         f"95 % are within {row.nearest_training_p95_mm:.0f} mm of a recorded posture, {row.beyond_100mm_percent:.1f} %"

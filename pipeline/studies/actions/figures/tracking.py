@@ -31,17 +31,17 @@ METHODS = {
     "mean_best_phase": Style("mean, best phase", "green", line="dashed", interval=False),
 }
 RECORDED = METHODS | {"mean_linear_phase": replace(METHODS["mean_linear_phase"], colour="yellow")}
-"""Styles of the methods in the recording, where yellow differs more than grey from the silver of the truth."""
+"""Styles of the methods in the recording; yellow replaces grey, which resembles the silver of the true motion."""
 
 PANELS = {
     "particles": ("particles", "particles"),
     "noise": ("noise_mm", "noise of the image"),
     "occlusion": ("occluded", "share of joints hidden"),
 }
-"""Column and axis label of each varied quantity."""
+"""Table column and axis label of each quantity that the tracking experiment varies."""
 
 LOST_ABOVE = 2.0
-"""Ratio of a performance's tracking error to its aSpace error, above which its phase counts as lost.
+"""Ratio of the tracking error to the error of the projected true postures above which the phase counts as lost.
 
 The aSpace error is the error of the true postures after projection into the aSpace.
 """
@@ -58,7 +58,7 @@ class TrackingError(Figure):
     sweep = HeldOutTracking
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table``, with means by condition and method, and ``table_performances``, with each performance."""
+        """Return mean errors by condition and method in ``table``, and each performance in ``table_performances``."""
         columns = [
             "performance",
             "person",
@@ -83,7 +83,7 @@ class TrackingError(Figure):
         return {"table": table, "table_performances": each}
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Charts of the error against particles, noise and occlusion, in one row for each choice of held-out data."""
+        """Charts of the tracking error against the number of particles, image noise and share of hidden joints."""
         table, sweep = tables["table"], inputs.sweep
         top = 1.05 * table[["error_mm", "error_mm_high"]].max(axis=None)
         charts = []
@@ -129,7 +129,7 @@ class TrackingError(Figure):
         )
 
     def _lost(self, inputs: Inputs, each: pd.DataFrame) -> str:
-        """Return the sentence about performances in which the filter with the prior loses the phase."""
+        """Return the caption's sentence on performances in which the filter with the prior loses the phase."""
         way = str(inputs.sweep.leave_out[0])
         prior = each[(each["method"] == "prior") & (each["leave_out"] == way)]
         lost = prior.assign(lost=prior["error_mm"] > LOST_ABOVE * prior["aspace_error_mm"])
@@ -145,7 +145,7 @@ class TrackingError(Figure):
         )
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Record one performance: the truth, the tracks of all methods, the image and the errors over time."""
+        """Record one performance: the true motion, the tracks of all methods, the image and the errors over time."""
         sweep, methods = inputs.sweep, list(map(str, inputs.sweep.methods))
         with begin(
             f"\nPerformance `{inputs.samples[sweep.shown[0]]}`, by the model learnt without "

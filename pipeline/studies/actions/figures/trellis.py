@@ -33,7 +33,7 @@ OUTLINE_COLOUR = "grey"
 RANDOM_PATHS = 10_000
 
 DIMENSION = 1
-"""Dimension of the aSpace that the charts show before and after synchronization."""
+"""Dimension of the posture space (aSpace) that the charts show before and after synchronization."""
 
 COMPARED = {"linear": "before", "synchronized": "after"}
 
@@ -46,7 +46,7 @@ class OptimalPath(Figure):
     performance: Annotated[int, bounded(at_least=-1)] = -1  # synchronized performance; -1: largest disparity
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table``, E of every node; ``table_path``, the path; ``table_pair``, distances along paths."""
+        """Return the cost of each trellis node in ``table``, and further tables of the path and its distances."""
         (n, m), nodes, names = self._pair(inputs), _nodes(inputs), inputs.samples
         x_n, x_m = (inputs.model.linear[k] for k in (n, m))
         path = np.asarray(inputs.model.disparity[m], int)
@@ -87,7 +87,7 @@ class OptimalPath(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Charts of both sequences before and after synchronization, and of disparity and distance along the path."""
+        """Charts of two sequences before and after synchronization, and of disparity and distance along the path."""
         path, facts = tables["table_path"], tables["table_pair"].iloc[0]
         charts = []
         for letter, (alignment, word) in zip("bc", COMPARED.items(), strict=True):
@@ -148,7 +148,7 @@ class OptimalPath(Figure):
         )
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Record the image with the path, and curves over samples: disparity, cumulative distance, both sequences."""
+        """Record the disparity space image with its path, and curves of disparity, distance and both sequences."""
         values, disparities = _image(tables["table"])
         path, facts, top = tables["table_path"], tables["table_pair"].iloc[0], disparities[-1]
         samples, disparity = path["sample"].to_numpy(), path["disparity"].to_numpy()
@@ -174,14 +174,14 @@ class OptimalPath(Figure):
             rec.blueprint(Columns(left, Rows(*rec.plots)))
 
     def _pair(self, inputs: Inputs) -> tuple[int, int]:
-        """Indices of the median sequence and of the performance that is synchronized to it."""
+        """Indices of the median sequence and of the performance that is synchronized to the median sequence."""
         median, count = inputs.model.median, len(inputs.samples)
         performance = inputs.model.farthest if self.performance == -1 else self.performance
         if performance >= count or performance == median:
             raise InvalidInput(
-                "no such performance to synchronize",
+                "this performance does not exist, or it is the median sequence itself",
                 "figure.performance",
-                f"0 to {count - 1} except {median} (the median sequence), or -1",
+                f"0 to {count - 1} except {median}, or -1 for the farthest performance",
                 self.performance,
                 code="unknown_performance",
                 typed=True,
@@ -189,20 +189,20 @@ class OptimalPath(Figure):
         return median, performance
 
     def _dimension(self, inputs: Inputs, alignment: str) -> tuple[np.ndarray, np.ndarray]:
-        """Values (P,) of one dimension of the aSpace, for each of the two performances."""
+        """Values (P,) of one dimension of the posture space, for the median sequence and for one performance."""
         n, m = self._pair(inputs)
         x_m = inputs.model.sequences(alignment)[m]
         return inputs.model.linear[n][:, DIMENSION - 1], x_m[:, DIMENSION - 1]
 
 
 def _nodes(inputs: Inputs) -> Trellis:
-    """Trellis that the model searched for the optimal path."""
+    """Trellis of admissible disparities in which the model searched for the optimal path."""
     options = options_of(inputs)
     return allowed_disparities(options.samples, smoothness=inputs.model.smoothness, **options.path_options)
 
 
 def _outline(inputs: Inputs) -> np.ndarray:
-    """Corners (K, 2) of the outline of the admissible region, each as (sample, disparity), in order."""
+    """Corners (K, 2) of the outline of the trellis, each as (sample, disparity), in order along the outline."""
     nodes = _nodes(inputs)
     samples = np.arange(len(nodes.low))
     lower, upper = (np.column_stack([samples, side]) for side in (nodes.low, nodes.high))
@@ -210,7 +210,7 @@ def _outline(inputs: Inputs) -> np.ndarray:
 
 
 def _image(table: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
-    """Image E (2D + 1, P) from the table, NaN outside the trellis, and its disparities from -D to D."""
+    """Disparity space image (2D + 1, P) from the table, NaN outside the trellis, and the disparities from -D to D."""
     band = table["disparity"].abs().max()
     disparities = np.arange(-band, band + 1)
     image = table.pivot(index="disparity", columns="sample", values="cost").reindex(disparities)

@@ -1,4 +1,4 @@
-"""Performances in one dimension of the aSpace in four alignments: mozerov2006 figure 1, plus our panel (d)."""
+"""Performances in one dimension of the posture space (aSpace) in four alignments: mozerov2006 figure 1."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ PERFORMANCE_COLOURS = ("orange", "blue", "green", "purple", "amber", "sky", "gre
 """Colours of the performances that are drawn in addition to the median sequence."""
 
 SIDE_BY_SIDE_MM = 650.0
-"""Sideways distance of each of the two displayed people from the midpoint between them."""
+"""Distance, mm, of each displayed person from the middle of the scene; one stands to the left, one to the right."""
 
 COMPARED = {"linear": "before: linearly synchronized", "synchronized": "after: synchronized automatically"}
-"""Alignments in the recording, and their titles."""
+"""Titles of the two alignments that the recording shows."""
 
 
 class Warp(Figure):
-    """Figure of the performances in one dimension of the aSpace, in four alignments."""
+    """Figure of the performances in one dimension of the posture space (aSpace), in four alignments."""
 
     model = ActionSpaceModel
 
@@ -44,7 +44,7 @@ class Warp(Figure):
     performances: Count = 6  # number of performances that are drawn; the table has all
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return tables of the performances in one dimension, of their rates and of the distances in that dimension.
+        """Return tables of the performances in one dimension, of their rates, and of distances between performances.
 
         ``table`` has all performances, ``table_rates`` the deviations from a constant rate, and ``table_pairs`` the
         squared distance of each pair of performances.
@@ -74,7 +74,7 @@ class Warp(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Charts of the median sequence and some performances in each alignment, and of the pair in the recording."""
+        """Charts of the median sequence and of other performances over time, with one chart for each alignment."""
         median, *others = self._drawn(inputs)
         styles = {median: Style("median sequence", "original", width=1.2)} | {
             name: Style("", colour, width=0.75)
@@ -124,7 +124,7 @@ class Warp(Figure):
         )
 
     def _drawn(self, inputs: Inputs) -> list[str]:
-        """Names of the median sequence and of other performances, spread evenly over the order of durations."""
+        """Names of the median sequence and of other performances, selected at equal steps in the order of durations."""
         names, median = inputs.samples, inputs.model.median
         others = [names[m] for m in np.argsort(inputs.dataset.duration_s, kind="stable") if m != median]
         count = min(self.performances - 1, len(others))
@@ -134,7 +134,7 @@ class Warp(Figure):
         ]
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Record the median sequence and the performance with the largest disparity from it.
+        """Record the median sequence and the performance that differs most from it in timing.
 
         The upper view shows both after linear synchronization, the lower view after automatic synchronization.
         """
@@ -175,7 +175,7 @@ class Warp(Figure):
 
 
 def _rates(inputs: Inputs, baseline: WithoutMistiming) -> pd.DataFrame:
-    """Table of the rates of each performance relative to the median sequence; 1 is a constant rate.
+    """Table of the speed of each performance relative to the median sequence; 1 is a constant speed.
 
     A sample is at the rate limit if time runs as fast as the steps of the trellis allow, twice as fast as at a constant
     rate [mozerov2006 13].  Standstill is not counted: it limits any monotone function.  Columns that end in

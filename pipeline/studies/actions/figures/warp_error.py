@@ -1,4 +1,4 @@
-"""Error of the recovered time against the smoothness weight, for both readings of the penalty in mozerov2006.
+"""Error of the time recovered by synchronization against smoothness, for two penalties of mozerov2006.
 
 [mozerov2006 12] penalises changes of disparity, mu |k|; [mozerov2006 16], as printed, penalises its size, mu |d + k|.
 Synthetic performances have a true course, so that the error of the recovered time is known, also for linear
@@ -46,18 +46,18 @@ Inputs = FigureInputs[Postures, Action, TimeErrors]
 
 
 class WarpError(Figure):
-    """Figure of the error of the recovered time, in frames."""
+    """Figure of the error of the time that synchronization recovers, in frames."""
 
     model = ActionSpaceModel
     sweep = Smoothness
     traits = Traits(timeline="log10_smoothness_per_mille")
 
     def validate(self, experiment: Experiment) -> None:
-        """Raise InvalidInput about ``data`` if the true course of the action is not known."""
+        """Raise InvalidInput, with ``data`` as location, if the true phase of the performances is not known."""
         require_true_course(experiment.data.knows_true_course)
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table``, errors by alignment and smoothness, and ``table_starts``, with free and fixed start.
+        """Return errors by alignment and smoothness in ``table``, and by free or fixed start in ``table_starts``.
 
         ``table_performances`` has the errors of each performance at the model's smoothness and penalty, and the mean
         error of four separately synchronized portions of the body.
@@ -102,7 +102,7 @@ class WarpError(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Charts of the error against smoothness, over moving samples and over all samples, for every alignment."""
+        """Charts of the error of the recovered time against smoothness, over the movement and over all samples."""
         table = tables["table"]
         synchronized = table[table["stage"] == "synchronized"]
         top = 1.25 * synchronized[[f"{error}_frames" for error in ERRORS]].max(axis=None)
@@ -143,7 +143,7 @@ class WarpError(Figure):
 
 
 def _frames_by_portions(inputs: Inputs) -> np.ndarray:
-    """Frames (4, M, P) matched with the samples of the pattern, for each portion of the body and performance."""
+    """Frames (4, M, P) of each performance that match the pattern, with four body portions synchronized separately."""
     options, data, median = options_of(inputs), inputs.dataset, inputs.model.median
     samples = inputs.model.linear.shape[1]
     normalised = np.stack([synchronization.normalise(x, samples) for x in data.split(data.postures)])
@@ -162,7 +162,7 @@ def _frames_by_portions(inputs: Inputs) -> np.ndarray:
 
 
 def _summary(inputs: Inputs, everywhere: np.ndarray, moving: np.ndarray) -> dict[str, float]:
-    """Mean error with its confidence interval over people, and standard deviation, of performances' errors (M,)."""
+    """Mean, confidence interval over people, and standard deviation of the errors (M,) of performances."""
     summary = {}
     person = np.delete(inputs.dataset.person, inputs.model.median)
     for name, errors in (("error", everywhere), ("error_moving", moving)):

@@ -1,4 +1,4 @@
-"""Error of the trials against the swept quantity: park2011 figures 3b, 3c and 3d.
+"""Error of limbs against the error of the parent or of the radius: park2011 figures 3b, 3c and 3d.
 
 This module has the figures of one limb; whole skeletons with missing points are in `missing_data`.
 """
@@ -24,10 +24,10 @@ from pipeline.studies.replicated import aggregate, interval_words
 from pipeline.studies.study import Figure, Recorder, Tables
 
 BASELINES = ("hanging_error", "mean_pose_error")
-"""Columns with the errors of the baselines, as `baselines.limb_errors` names them."""
+"""Names of the table columns with the errors of the baselines."""
 
 ADJUSTED_BASELINE = "adjusted_hanging_error"
-"""Column with the error of a hanging limb whose length is first adjusted to the rays."""
+"""Table column with the error of a hanging limb whose length is adjusted to the rays of its image points."""
 
 BASELINE_MEDIANS = {f"{name}_median": (name, "median") for name in BASELINES}
 
@@ -56,7 +56,7 @@ class RootErrorFigure(Figure):
     sweep = RootErrorSweep
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return tables of trials and of statistics over trials, for the first camera and for all cameras."""
+        """Return tables of single trials and of statistics over trials, for the first camera and for all cameras."""
         rows = inputs.sweep.rows
         above = rows.assign(above_parent=rows["child_error_ratio"] > rows["parent_error_ratio"])
         cameras = aggregate(
@@ -118,13 +118,13 @@ class RootErrorFigure(Figure):
 
 
 class RadiusScaleFigure(Figure):
-    """Figure of the error of a limb against the scale of its assumed radius."""
+    """Figure of the error of a limb against its assumed radius, relative to the true radius."""
 
     model = TrajectoryBasisModel
     sweep = RadiusScaleSweep
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return tables of trials and of statistics over trials, for the first camera and for all cameras."""
+        """Return tables of single trials and of statistics over trials, for the first camera and for all cameras."""
         rows, swept = inputs.sweep.rows, ["radius_scale", "adjust"]
         medians = {**BASELINE_MEDIANS, f"{ADJUSTED_BASELINE}_median": (ADJUSTED_BASELINE, "median")}
         cameras = aggregate(
@@ -142,7 +142,7 @@ class RadiusScaleFigure(Figure):
         return _tables(rows, cameras, swept, errors)
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Charts of the error against the scale of the radius, with one panel for each camera."""
+        """Charts of the error of a limb against its assumed radius, with one panel for each camera."""
         options = cast(RadiusScaleSweep, inputs.experiment.sweep)
         first = options.ways[0]
         styles = {way: STYLES[way] for way in options.ways}
@@ -174,7 +174,7 @@ class RadiusScaleFigure(Figure):
         )
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Record the first camera's median error as a function of the error scale, and one limb on its sphere."""
+        """Record the first camera's median error against the assumed radius, and the path of one limb on its sphere."""
         record_on_sphere(inputs, begin, "log10_scale_per_mille", "radius_scale")
 
 
@@ -196,7 +196,7 @@ def _quartile_columns(name: str, column: str) -> dict[str, Any]:
 
 
 def _tables(rows: pd.DataFrame, cameras: pd.DataFrame, swept: Sequence[str], errors: Sequence[str]) -> Tables:
-    """Tables of trials and of their statistics, for the first camera and for all cameras."""
+    """Tables of single trials and of statistics over trials, for the first camera and for all cameras."""
     every, first = tidy(rows, by=["trial", *swept]), rows["camera"][0]
     return {
         "table": every[every["camera"] == first],
@@ -207,7 +207,7 @@ def _tables(rows: pd.DataFrame, cameras: pd.DataFrame, swept: Sequence[str], err
 
 
 def _baseline_lines(names: Sequence[str] = BASELINES, **rows: Any) -> list[Lines]:
-    """Lines with the median error of each baseline over the swept quantity."""
+    """Chart lines with the median error of each baseline against the varied quantity."""
     return [
         Lines(
             **{"table": "table_points", **rows},
@@ -219,13 +219,13 @@ def _baseline_lines(names: Sequence[str] = BASELINES, **rows: Any) -> list[Lines
 
 
 def _interval_words(tables: Mapping[str, pd.DataFrame]) -> str:
-    """Sentence for captions that explains the bands around the medians."""
+    """Caption sentence that explains the bands around the median curves."""
     clips = tables["table_trials"]["clip"].nunique()
     return interval_words(clips, of="median", over="clips", bands="Bands along the lines")
 
 
 def _trials(sweep: RootErrorSweep | RadiusScaleSweep) -> str:
-    """Sentences for captions on the number of trials, the camera's distance, the noise and the error."""
+    """Caption sentences on the number of trials, the camera's distance, the image noise and the error."""
     noise = f"noise of {sweep.noise_px:g} px" if sweep.noise_px else "no noise"
     return (
         f"{sweep.trials} limbs at every point, {sweep.distance_mm / 1000:g} m from the camera, {noise}. Error: mean "

@@ -1,4 +1,4 @@
-"""Recording of a sweep over one limb: charts of the error, and the path of the limb on its sphere."""
+"""Recording of a sweep over trials with one limb: charts of the error, and the path of a limb on its sphere."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Inputs = FigureInputs[LimbStretches, BasisFit, SweptErrors]
 
 
 RADIUS_MM = 1000.0
-"""Radius at which recordings draw the sphere, for limbs of any length."""
+"""Radius, mm, of the sphere in recordings; paths of limbs are scaled to this radius."""
 
 EYE_MM = (2100.0, 1500.0, 1000.0)
 """Position of the viewer's eye relative to the centre of the sphere."""
@@ -29,7 +29,7 @@ TRUTH_COLOUR, ESTIMATE_COLOUR = "green", "orange"
 
 
 def sphere() -> tuple[np.ndarray, list[tuple[int, int]]]:
-    """Return the points (1, J, 3), mm, of circles on a sphere, and the pairs of points that lines connect."""
+    """Return the points (1, J, 3), mm, of circles on a sphere, and the pairs of points to connect by lines."""
     meridians, parallels, steps = 8, 5, 48  # circles through the poles, around them, and points to a circle
     turn = np.linspace(0.0, 2.0 * np.pi, steps, endpoint=False)
     circles = []
@@ -54,7 +54,7 @@ def record_on_sphere(
     timeline: str,
     swept: str,
 ) -> None:
-    """Record the charts over the values of the swept column, and the displayed limb on its sphere."""
+    """Record charts of the error against the varied quantity, and the path of one limb on its sphere."""
     sweep = inputs.sweep
     trial = sweep.rows[sweep.rows["trial"] == sweep.shown].iloc[0]
     truth, estimate = RADIUS_MM * sweep.paths[:, 0], RADIUS_MM * OUTSIDE * sweep.paths[:, 1]

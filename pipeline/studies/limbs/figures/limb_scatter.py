@@ -28,18 +28,18 @@ from pipeline.studies.replicated import interval_over_clusters, interval_words
 from pipeline.studies.study import Figure, Recorder, Tables
 
 MAX_RECONSTRUCTIBILITY = 1000.0
-"""Limit to which reconstructibility is clipped; it is unbounded if the truth lies in the basis."""
+"""Upper limit of reconstructibility in tables; it is infinite if the basis contains the true trajectory."""
 
 WINDOW = 8
-"""Divisor for the running median of n trials, which uses the n / 8 trials nearest in rank, at least 5."""
+"""Divisor of the number of trials; the quotient is the width of the running median's window, in trials."""
 
 PUBLISHED = Reference(x="park2011_accuracy_is_high_above_one", label="η = 1")
 
 RANGE = (1e-2, 1e3)
-"""Range of reconstructibility on the axes."""
+"""Range of reconstructibility that the axes of the charts show."""
 
 PATHS = {"original": ("green", 1.0), "impostor": ("orange", 1.0), "reconstructed": ("amber", OUTSIDE)}
-"""Colour and scale of each path in the recording, in the order of `LimbReconstructibilities.paths`."""
+"""Colour and relative radius of each path on the sphere in the recording: true, mirrored and reconstructed."""
 
 Inputs = FigureInputs[LimbStretches, BasisFit, LimbReconstructibilities]
 
@@ -54,7 +54,7 @@ class LimbScatter(Figure):
     sweep = ReconstructibilitySweep
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table``, with every trial, and ``table_running``, with the running median of the error.
+        """Return ``table`` with every trial, and ``table_running`` with the running median of the errors.
 
         ``table_correlation``: rank correlation of the error with its predictors; ``table_refinement``: direct
         optimisation from other starts; ``table_starts``: its trials.
@@ -78,7 +78,7 @@ class LimbScatter(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Charts of the error against reconstructibility and against mirror margin, and of the running median."""
+        """Charts of the limb error against reconstructibility and mirror margin, and of its running median."""
         options = _options(inputs)
         table, correlation = tables["table"], tables["table_correlation"]
         cameras = options.cameras
@@ -131,7 +131,7 @@ class LimbScatter(Figure):
         )
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Record the running median over log eta, and three limbs on spheres: at the cursor, a good and a bad one."""
+        """Record the running median of the error against log eta, and the paths of three limbs on spheres."""
         trials = inputs.sweep.rows
         eta = trials["reconstructibility"].clip(*RANGE).to_numpy()
         paths, error = RADIUS_MM * inputs.sweep.paths, trials["limb_error"].to_numpy()
@@ -245,7 +245,7 @@ def _correlations(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def increasing(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the distinct rounded values in increasing order, and the index of the first value that rounds to each."""
+    """Return the distinct rounded values in increasing order, and for each the index of its first occurrence."""
     order = np.argsort(values, kind="stable")
     rounded, first = np.unique(np.rint(values[order]).astype(int), return_index=True)
     return rounded, order[first]

@@ -24,7 +24,7 @@ PATTERN_LABELS = {Pattern.random: "random", Pattern.block: "runs"}
 PATTERN_COLOURS = {Pattern.random: "blue", Pattern.block: "orange"}
 
 ESTIMATE_COLOUR, IMPUTED_COLOUR = "blue", "orange"
-"""Colours of the estimated skeleton and of its imputed points in the recording."""
+"""Colours of the reconstructed skeleton and of its points without image in the recording."""
 
 PUBLISHED = Reference(x=0.05, y="park2011_error_with_missing_data", label="published")
 
@@ -32,7 +32,7 @@ BANDED = (
     "relative_error_mean", "relative_error_up_to_mirror_mean", "hanging_relative_error_mean",
     "mean_pose_relative_error_mean", "imputed_error_mm_median", "seen_error_mm_median",
 )  # fmt: skip
-"""Columns of means and medians over skeletons that have a confidence interval over clips."""
+"""Table columns with means and medians over skeletons, and with confidence intervals over clips."""
 
 Inputs = FigureInputs[LimbStretches, BasisFit, MissingDataErrors]
 
@@ -44,7 +44,7 @@ class MissingDataFigure(Figure):
     sweep = MissingDataSweep
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table``, with every skeleton, and ``table_points``, with statistics over skeletons.
+        """Return ``table`` with every skeleton, and ``table_points`` with statistics over skeletons.
 
         ``table_hinges``: with knees and elbows that flex one way, at the paper's fraction.
         """
@@ -70,13 +70,13 @@ class MissingDataFigure(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Charts of the relative error, as the paper shows it, and of the errors of observed and imputed points."""
+        """Charts of the relative skeleton error as in the paper, and of errors of observed and missing points."""
         options = cast(MissingDataSweep, inputs.experiment.sweep)
         table, first = tables["table_points"], options.patterns[0]
         points: dict[str, Any] = {"table": "table_points", "by": "pattern"}
 
         def styles(label: str = "", line: str = "solid") -> dict[str, Style]:
-            """Return a style for each pattern of missing points; only the first pattern uses `label` in the legend."""
+            """Return a chart style for each pattern of missing points; `label` is shown for the first one only."""
             return {
                 str(p): Style((label if p is first else "") if label else PATTERN_LABELS[p], PATTERN_COLOURS[p],
                 line=line,
@@ -135,7 +135,7 @@ class MissingDataFigure(Figure):
         )
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Record one skeleton with its imputed points, and the errors over time and over missing fractions."""
+        """Record one skeleton with its missing points, and charts of errors over time and over the missing fraction."""
         sweep, table = inputs.sweep, tables["table_points"]
         options = cast(MissingDataSweep, inputs.experiment.sweep)
         true, estimate, imputed = sweep.shown_true, sweep.shown_found, sweep.shown_imputed

@@ -34,19 +34,19 @@ LIMBS = WALKER14.limbs
 PUBLISHED = Reference(y="park2011_humaneva_mean_error", label="published")
 
 ASIDE_RAD = np.pi / 2
-"""Angle from the camera's azimuth to the azimuth of the picture's second view."""
+"""Angle between the camera's view and the second view in the picture, about the vertical axis."""
 
 STEPS = {"hangs straight down": "baseline", "reconstructed": "orange", "mirrors tried": "blue"}
-"""Skeletons that are compared, from the baseline to the last step of the method, and their colours."""
+"""Colours of the compared skeletons: baseline, reconstruction, and reconstruction after trials of mirrored limbs."""
 
 TRACED = ("left_wrist", "right_wrist", "left_ankle", "right_ankle")
-"""Joints whose trajectories are drawn for the whole motion."""
+"""Joints whose trajectories are drawn over the whole motion."""
 
 Inputs = FigureInputs[LimbStretches, BasisFit, MotionsOfBoth]
 
 
 class MotionsFigure(Figure):
-    """Figure of images, reconstructions seen from other views, and whole trajectories."""
+    """Figure of the camera images, the reconstructions from other views, and the trajectories of whole motions."""
 
     model = TrajectoryBasisModel
     sweep = MotionsSweep
@@ -62,7 +62,7 @@ class MotionsFigure(Figure):
         return inputs.sweep.mirrors_tried if self.mirrors else inputs.sweep.as_chosen
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table``, with a row for each joint, clip and camera, ``table_clips`` and ``table_limbs``.
+        """Return ``table`` with a row for each joint, clip and camera, and tables of clips, limbs and options.
 
         ``table_steps``: each clip and camera by step of `STEPS`; ``table_papers``: clips in the paper's conditions,
         only without trials of mirrors; ``table_options``: number of cosines of the options.
@@ -88,7 +88,7 @@ class MotionsFigure(Figure):
         return {**further, **{name: tidy(rows, by=order) for name, rows in displayed.items()}}
 
     def chosen(self, inputs: Inputs) -> list[int]:
-        """Return the indices of the clips to record: the first clip for each word in `shown`.
+        """Return the indices of the clips to record: for each word in `shown`, the first clip whose action contains it.
 
         If no clip matches, the first clip is recorded.
         """
@@ -100,7 +100,7 @@ class MotionsFigure(Figure):
         return list(dict.fromkeys(n for n in first_clips if n is not None)) or [0]
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Charts of every clip's error and the published error, by camera on the page and by step in the picture."""
+        """Charts of every clip's error and the published error, by camera on the page, by method in the picture."""
         options, sweep = _options(inputs), self._of(inputs)
         table, steps = tables["table_clips"], tables["table_steps"]
         cameras = {str(name): Style(f"{name} camera", Camera(name).colour) for name in sweep.cameras}
@@ -146,7 +146,7 @@ class MotionsFigure(Figure):
         )
 
     def draw(self, inputs: Inputs, tables: Tables, picture: Picture) -> None:
-        """Draw the clip with errors nearest to the medians, the cameras from above, and the errors of all clips."""
+        """Draw the clip whose errors are nearest to the medians, the cameras from above, and errors of all clips."""
         sweep = self._of(inputs)
         first = tables["table_steps"].query("camera == @camera", local_dict={"camera": sweep.cameras[0]})
         by_step = first.pivot(index="clip", columns="step", values="error_mm").loc[
@@ -183,7 +183,7 @@ class MotionsFigure(Figure):
         picture.motion(scene, WALKER15.bones)
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Record the selected clips from every camera: truth, coloured reconstruction, image and trajectories.
+        """Record the selected clips from every camera: true and reconstructed skeleton, image and trajectories.
 
         The colour of a limb is the confidence of its reconstruction.
         """
@@ -245,13 +245,13 @@ class MotionsFigure(Figure):
 
 
 def across(positions: np.ndarray, azimuth_rad: float) -> np.ndarray:
-    """Project positions (…, 3), mm, orthographically along an azimuth; return (…, 2), mm, to the right and up."""
+    """Project positions (…, 3), mm, orthographically along a horizontal direction; return (right, up), mm."""
     right = -np.cos(azimuth_rad) * positions[..., 0] - np.sin(azimuth_rad) * positions[..., 1]
     return np.stack([right, positions[..., 2]], axis=-1)
 
 
 def _from_above(matrix: np.ndarray, image: np.ndarray, truth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return, seen from above, the path (F, 2), mm, of a camera and the triangle (3, 2), mm, of its field of view.
+    """Return the path (F, 2), mm, of a camera and the triangle (3, 2), mm, of its field of view, seen from above.
 
     The triangle begins at the middle of the path and ends beyond the truth (F, J, 3).
     """
@@ -267,7 +267,7 @@ def _from_above(matrix: np.ndarray, image: np.ndarray, truth: np.ndarray) -> tup
 
 
 def _better(steps: pd.DataFrame, camera: str) -> str:
-    """Return, as text, the number of clips that the last step improves and the number of all clips, for one camera."""
+    """Return a text such as "9 of 12": the clips of one camera whose error is reduced by trials of mirrored limbs."""
     by_step = steps[steps["camera"] == camera].pivot(index="clip", columns="step", values="error_mm")
     before, last = (by_step[step] for step in [step for step in STEPS if step in by_step][-2:])
     return f"{(last < before).sum()} of {len(by_step)}"
@@ -284,7 +284,7 @@ def _limbs_of(
     which: np.ndarray,
     colour: str,
 ) -> None:
-    """Record the limbs that the mask `which` (14,) selects; record nothing if the mask is empty."""
+    """Record those limbs of a skeleton that a mask (14,) selects."""
     if not which.any():
         return
     bones = [(int(parent), int(child)) for parent, child in WALKER14.ends[which]]

@@ -19,13 +19,13 @@ Inputs = FigureInputs[FourierSamples, Eigenwalkers, KnownViewErrors]
 
 
 def missing_dimensions(sweep: KnownViewErrors) -> dict[str, np.ndarray]:
-    """Missing dimension (R, V, 5, 15) at the demonstration views, by each method and by the average walker."""
+    """Depth coefficients (R, V, 5, 15), mm, by method, as reconstructed from the demonstration views."""
     reconstructed = dict(zip(sweep.methods.tolist(), sweep.missing, strict=True))
     return {**reconstructed, AVERAGE_WALKER.name: sweep.average_walker}
 
 
 def identification_table(inputs: Inputs) -> pd.DataFrame:
-    """Table of identification across pairs of views, with 1 for a walker who is identified.
+    """Table of identification: for each pair of views and method, 1 for each walker who is identified.
 
     A walker is identified if the nearest reconstruction from the other view belongs to the same person.
 

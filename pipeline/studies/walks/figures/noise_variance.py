@@ -40,14 +40,14 @@ class NoiseVariance(Figure):
         sweep = experiment.sweep
         if isinstance(sweep, KnownView) and MAP.name not in sweep.methods:
             raise InvalidInput(
-                "the sweep over σ² needs approach II",
+                "the figure of the error against σ² needs approach II, the method map",
                 "sweep.methods",
-                "map among the methods",
+                "a list that contains map",
                 code="needs_map",
             )
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table``, means over walkers and views, ``table_views``, by view, and ``table_people``, by walker.
+        """Return mean errors in ``table``, errors by view in ``table_views`` and by walker in ``table_people``.
 
         ``table_paired``: error that each σ² adds to that of the best σ², walker by walker; ``table_nested``: error with
         the σ² that other people choose for each walker, and error of the average walker.
@@ -82,7 +82,7 @@ class NoiseVariance(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Charts of the error against σ²: mean with our and the published optimum, added error, single views."""
+        """Charts of the error against σ²: the mean with our best and the published σ², and errors at single views."""
         table, views = tables["table"], inputs.sweep.view_angle_deg
         best = table["absolute_error_mm2"].to_numpy().argmin()
         best_sigma2 = table["sigma2_mm2"][best]
@@ -125,7 +125,7 @@ class NoiseVariance(Figure):
         return Sheet(charts=[mean, added, of_views], columns=3, panel_size=(2.5, 2.2), caption=caption)
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Record the curves over sigma², and the error by view and sigma² with the best sigma² of each view."""
+        """Record curves of the error against sigma², and a matrix of the error by view and sigma²."""
         views = inputs.sweep.map_errors.view_mm2
         valley = np.column_stack([np.arange(len(views)), views.argmin(axis=1)])
         with begin(timeline="sigma2_mm2") as rec:

@@ -30,7 +30,7 @@ Inputs = FigureInputs[FourierSamples, Eigenwalkers, KnownViewErrors]
 
 
 def reconstructed(inputs: Inputs, method: int, walker: int, view: int) -> np.ndarray:
-    """Return a reconstructed Fourier representation (5, 15, 3), mm.
+    """Return the reconstructed Fourier representation (5, 15, 3), mm, of a walker seen from one view.
 
     It combines the observed view with the estimated missing dimension.
     """
@@ -54,7 +54,7 @@ class Postures(Figure):
     recorded: Count = 24  # number of walkers in the recording, spread evenly; 80 would take 14 MB
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table``, joints of one walker over the cycle, and ``table_demonstrations``, errors of all walkers.
+        """Return joints of one walker over the cycle in ``table``, and errors of all walkers in a second table.
 
         ``table_identification``: identification of a walker from one view among all walkers from another.
         """
@@ -117,7 +117,7 @@ class Postures(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Return a chart of each walker's RMS error from the middle view; it appears only on the page."""
+        """Return a chart of the RMS error of each walker in the middle one of the demonstration views."""
         compared = methods.chosen(inputs.sweep.methods.tolist())
         views = inputs.sweep.demonstration_view_deg
         middle = views[len(views) // 2]
@@ -139,7 +139,7 @@ class Postures(Figure):
         )
 
     def draw(self, inputs: Inputs, tables: Tables, picture: Picture) -> None:
-        """Draw rows of postures seen along the observed axis, such that the missing dimension is horizontal."""
+        """Draw postures of a walker in rows, from a direction in which the missing dimension is horizontal."""
         columns = columns_of(tables["table"])
         compared = methods.chosen(inputs.sweep.methods.tolist())
         shape = (self.instants, len(WALKER15.joints))
@@ -170,7 +170,7 @@ class Postures(Figure):
         picture.postures(groups, WALKER15.bones)
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Record original and reconstructed walkers, walking in place, for every demonstration view."""
+        """Record walkers on the spot, original and reconstructed, for every demonstration view."""
         data, views = inputs.dataset, inputs.sweep.demonstration_view_deg
         compared = methods.chosen(inputs.sweep.methods.tolist())
         displayed = entity_name(inputs.samples[self.walker])

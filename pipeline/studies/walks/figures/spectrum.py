@@ -1,4 +1,4 @@
-"""Cumulative variance of the eigenwalkers and share of each harmonic: zhang2007 figure 2, zhang2004 figure 2."""
+"""Cumulative variance of eigenwalkers and variance of each harmonic: zhang2007 figure 2, zhang2004 figure 2."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from pipeline.studies.study import Figure, NoResult, Recorder, Tables, Traits
 EIGENWALKERS_SHOWN = 3
 
 MIN_LEFT_PERCENT = 1e-3
-"""Lower limit of the axis of remaining variance, per cent; only the last components have less."""
+"""Lower limit, per cent, of the axis that shows the variance not explained by the first components."""
 
 PUBLISHED = {
     "zhang2004": Reference(
@@ -33,7 +33,7 @@ Inputs = FigureInputs[FourierSamples, Eigenwalkers, NoResult]
 
 
 class Spectrum(Figure):
-    """Figure of the cumulative variance of the eigenwalkers and the share of each harmonic."""
+    """Figure of the cumulative variance of the eigenwalkers and of the variance of each harmonic."""
 
     model = EigenwalkersModel
     traits = Traits(
@@ -43,7 +43,7 @@ class Spectrum(Figure):
     )
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table``, variance by component, and ``table_harmonics``, share of each harmonic by walker."""
+        """Return ``table`` with the variance of each component, and ``table_harmonics`` with that of each harmonic."""
         model, data = inputs.model, inputs.dataset
         share = model.eigenvalues / model.total_variance
         return {
@@ -104,7 +104,7 @@ class Spectrum(Figure):
         return Sheet(charts=[chart], caption=f"Band: {inputs.banded}." * (len(left) > 1))
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Record the average walker and the first eigenwalkers as walkers, next to the spectrum."""
+        """Record the average walker and the first eigenwalkers as moving skeletons, with a chart of their variances."""
         table, model = tables["table"], inputs.model
         frequency = inputs.dataset.frequency_hz.mean()
         times = np.arange(0, 1.0 / frequency, 1.0 / 60.0)
@@ -147,7 +147,7 @@ class Spectrum(Figure):
 
 
 def _ankle_phase(coefficients: np.ndarray) -> np.ndarray:
-    """Phase difference (R,) between the ankles' fundamentals along the walk, in periods from 0 to 0.5."""
+    """Phase difference (R,) between left and right ankle at the stride frequency, in periods from 0 to 0.5."""
     ankles = [WALKER15.index(f"{side}_ankle") for side in ("left", "right")]
     left, right = (coefficients[:, 2, ankle, 1] + 1j * coefficients[:, 1, ankle, 1] for ankle in ankles)
     return np.abs(np.angle(left * right.conj())) / (2.0 * np.pi)

@@ -22,7 +22,7 @@ from pipeline.studies.walks.unknown_view import UnknownView, ViewAngles
 Inputs = FigureInputs[FourierSamples, Eigenwalkers, ViewAngles]
 
 MIN_RANGE_DEG = 5.0
-"""Smallest extent of the error axis on either side of zero, degrees."""
+"""Smallest range of the axis of view-angle errors, in degrees on either side of zero."""
 
 
 class ViewAngleEstimates(Figure):
@@ -40,7 +40,7 @@ class ViewAngleEstimates(Figure):
     )
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table``, errors by method and view, and ``table_people``, errors of every walker at every view.
+        """Return ``table`` with errors by method and view, and ``table_people`` with errors of every walker.
 
         ``table_walkers``: per walker and method, mean over views.  ``table_published``: the error of every walker by
         the solver of appendix B, if it was used.
@@ -88,7 +88,7 @@ class ViewAngleEstimates(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Charts of the estimated angle, its error and the median absolute error, against the true angle."""
+        """Charts of the estimated view angle, its error and its median absolute error, against the true view angle."""
         styles = methods.styles(inputs.sweep.methods.tolist())
         abscissa = replace(VIEW["abscissa"], label="true view angle")
         view = partial(Chart, **VIEW | {"abscissa": abscissa}, by="method", styles=styles)
@@ -119,7 +119,7 @@ class ViewAngleEstimates(Figure):
 
 
 def _note(table: pd.DataFrame, method: methods.Method, failure_deg: float) -> str:
-    """Return the caption's sentence on the results of one method."""
+    """Return the caption's sentence on the view-angle errors of one method."""
     rows = table[table["method"] == method.name]
     off = (rows["estimated_mean_deg"] - rows["view_angle_deg"]).abs().mean()
     return (

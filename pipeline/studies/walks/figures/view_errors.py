@@ -32,11 +32,11 @@ THIRTY_PERCENT = Reference(
 )
 
 _INSTANT = 0.25
-"""Displayed fraction of the gait cycle, at which the left ankle is farthest in front of the right ankle."""
+"""Fraction of the gait cycle of the displayed posture, where the left ankle is farthest in front."""
 
 
 RELATIVE = (0.01, 10.0)
-"""Limits of the logarithmic axis of relative errors."""
+"""Limits of the logarithmic axis of relative reconstruction errors."""
 
 ERRORS = ["absolute_error_mm2", "relative_error"]
 _SD = {
@@ -60,7 +60,7 @@ class ViewErrors(Figure):
     )
 
     def tables(self, inputs: Inputs) -> Tables:
-        """Return ``table``, with errors by method and view, and tables with more detail.
+        """Return ``table`` with errors by method and view, and further tables by walker, by joint, and with checks.
 
         ``table_people``: the same for every walker; ``table_walkers``: per walker and method, mean over views;
         ``table_summary``: mean, median and worst walker; ``table_joints``: per joint; ``table_coefficients``: how often
@@ -106,7 +106,7 @@ class ViewErrors(Figure):
         return figure_tables
 
     def arrays(self, inputs: Inputs) -> dict[str, np.ndarray]:
-        """Return the samples of all walkers and their errors by joint.
+        """Return the Fourier representations of all walkers and the errors by joint, which the report reads.
 
         From the samples, the report computes every fold and reconstructs walks from any view.
 
@@ -127,7 +127,7 @@ class ViewErrors(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: Tables) -> Sheet:
-        """Charts of the absolute error, the relative error and the variance of the missing dimension."""
+        """Charts of the absolute error, relative error and variance of the missing dimension against view angle."""
         names = inputs.sweep.methods.tolist()
         view = partial(Chart, **VIEW, zero=True)
         styles = methods.styles(names)
@@ -157,7 +157,7 @@ class ViewErrors(Figure):
         )
 
     def record(self, inputs: Inputs, tables: Tables, begin: Recorder) -> None:
-        """Record curves over view angle, and one walker, original and reconstructed, at the selected view angle."""
+        """Record error curves over the view angle, and one walker, original and reconstructed, at each view angle."""
         sweep, data, model = inputs.sweep, inputs.dataset, inputs.model
         views, angles = np.rint(sweep.view_angle_deg).astype(int), np.radians(sweep.view_angle_deg)
         of_first = sweep.rows[sweep.rows["method"] == sweep.methods[0]]
@@ -204,7 +204,7 @@ SIDES_AT_RANDOM = "_sides_at_random"
 
 
 def over_walkers(rows: pd.DataFrame, by: list[str], columns: Mapping[str, tuple[str, Any]]) -> pd.DataFrame:
-    """Return statistics over walkers for each group of rows; means have confidence intervals over people."""
+    """Return statistics over walkers for each group of table rows; means have confidence intervals over people."""
     banded = [
         name
         for name, (column, how) in columns.items()
