@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from pipeline.cli import earlier_names, inspect, main, options, sensitivity, walkers
+from pipeline.cli import composition, earlier_names, inspect, main, options, sensitivity, walkers
 from pipeline.cli.compose import compose
 from pipeline.cli.durations import durations, in_words, insert_durations
 from pipeline.cli.earlier_names import Change, EarlierNames
@@ -402,3 +402,50 @@ def test_a_display_counts_figures_and_hides_those_that_ended() -> None:
         assert whole.description == "words"
     assert isinstance(console.file, StringIO)
     assert "1/2 zhang2007_fig5" not in console.file.getvalue()
+
+
+def test_arguments_are_split_by_a_condition_in_their_order() -> None:
+    assert main._split(["a", "b=1", "c"], lambda item: "=" in item) == (["b=1"], ["a", "c"])
+
+
+@pytest.mark.parametrize("own", [True, False])
+def test_the_folder_of_a_preset_is_its_own(own: bool, tmp_path: Path) -> None:
+    one = compose(["experiment=zhang2007_fig5", "scale=smoke", f"results={tmp_path}"])
+    folder = tmp_path / "synthetic" / "smoke" / ("zhang2007_fig5" if own else "other")
+    assert main._is_presets_own(one, folder) is own
+
+
+@pytest.mark.parametrize(("exists", "called"), [(True, True), (False, False)])
+def test_variants_are_compared_where_there_are_any(
+    exists: bool,
+    called: bool,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    compared: list[Path] = []
+
+    def compare_variants(run: Path) -> list[Path]:
+        compared.append(run)
+        return [Path("one"), Path("two")]
+
+    monkeypatch.setattr("pipeline.report.variants.compare_variants", compare_variants)
+    run = tmp_path if exists else tmp_path / "none"
+    main._compare(run)
+    assert compared == ([run] if called else [])
+    assert capsys.readouterr().out == ("compared in one, two\n" if called else "")
+
+
+def test_commas_are_quoted_unless_they_separate_variants() -> None:
+    assert quoted(["data.path=/a,b"]) == ["data.path='/a,b'"]
+    for word in ("-m", "--multirun"):
+        assert quoted([word, "data.path=/a,b"])[1] == "data.path=/a,b"
+
+
+def test_an_option_that_a_class_does_not_have_is_refused_at_any_depth() -> None:
+    options_of_inner = Inner()
+    composition._reject_additions(options_of_inner, "")
+    options_of_inner.more = 1  # type: ignore[attr-defined]
+    with rejects("unknown_option", "outer.more"):
+        composition._reject_additions(options_of_inner, "outer.")
+    composition._reject_additions(3, "a")
