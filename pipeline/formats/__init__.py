@@ -87,6 +87,8 @@ _SCRIPT_BYTES = 100_000
 
 BMWalker.js has 42 kB.
 """
+_TEXT_BYTES = 4000
+"""Number of bytes at the start of a text file that are searched for lines of numbers."""
 _WALKER = re.compile(rb"\bmeanwalker\[0\]|\"mean_walker\"")
 """Pattern of the array that identifies a file with an average walker."""
 _NUMBERS = re.compile(rb"^.*?([;,\t ]+-?\d[\d.e+-]*){3}", re.MULTILINE | re.IGNORECASE)
@@ -105,7 +107,7 @@ def is_recording(path: Path) -> bool:
     if suffix != ".txt" or not path.is_file():
         return suffix in READERS and not _BIDS_TABLE.fullmatch(path.name)
     with path.open("rb") as file:
-        return len(_NUMBERS.findall(file.read(4000))) > 1
+        return len(_NUMBERS.findall(file.read(_TEXT_BYTES))) > 1
 
 
 def read(

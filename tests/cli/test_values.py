@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import signal
+import threading
 from dataclasses import dataclass, field
 from enum import Enum
 from io import StringIO
@@ -11,14 +13,15 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from pipeline.cli import earlier_names, inspect, options, sensitivity, walkers
+from pipeline.cli import composition, earlier_names, inspect, main, options, sensitivity, walkers
+from pipeline.cli.compose import compose
 from pipeline.cli.durations import durations, in_words, insert_durations
 from pipeline.cli.earlier_names import Change, EarlierNames
 from pipeline.cli.errors import sentence
 from pipeline.cli.output import tell, tell_section
 from pipeline.cli.overrides import quoted
 from pipeline.cli.presets import split_named, split_options
-from pipeline.cli.progress import line
+from pipeline.cli.progress import Display, line
 from pipeline.cli.summary import Outcome, claim_rows, counts, summarise
 from pipeline.papers import Agreement, Beyond, Estimate, Evidence, Kind, Verdict
 from pipeline.validation import InvalidInput
@@ -337,3 +340,112 @@ def test_a_switch_moves_an_answer_or_a_value(value: float, outside: bool) -> Non
     assert sensitivity._answers(row) == "agrees, beyond its baseline: yes"
     assert sensitivity.moved_table([row]).row_count == 0
     assert sensitivity.moved_table([row | {"answer_moves": True}]).row_count == 1
+
+
+def test_a_duration_is_not_negative() -> None:
+    assert durations([{"command": "make a", "wall_s": "0"}]) == {"make a": 0.0}
+    with rejects("out_of_range", "make a"):
+        durations([{"command": "make a", "wall_s": "-0.5"}])
+
+
+@pytest.mark.parametrize("main_thread", [True, False])
+def test_signals_interrupt_the_main_thread_alone_and_are_given_back(main_thread: bool) -> None:
+    heard: list[str] = []
+
+    def run() -> None:
+        with main._interrupted_by_signals():
+            heard.append("changed" if signal.getsignal(signal.SIGTERM) is not before else "kept")
+
+    before = signal.getsignal(signal.SIGTERM)
+    if main_thread:
+        run()
+        with pytest.raises(KeyboardInterrupt), main._interrupted_by_signals():
+            signal.raise_signal(signal.SIGTERM)
+    else:
+        thread = threading.Thread(target=run)
+        thread.start()
+        thread.join()
+    assert heard == ["changed" if main_thread else "kept"]
+    assert signal.getsignal(signal.SIGTERM) is before
+
+
+@pytest.mark.parametrize("named", [True, False])
+def test_a_figure_without_a_folder_is_made_in_that_of_its_options(
+    named: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made: list[Path] = []
+
+    def make_figures(jobs: list[tuple[Any, Path]], *, console: Console) -> list[str]:
+        made.extend(folder for _, folder in jobs)
+        return ["a", "b"]
+
+    monkeypatch.setattr("pipeline.cli.figures.make_figures", make_figures)
+    overrides = ["experiment=zhang2007_fig5", "scale=smoke", f"results={tmp_path}"]
+    assert main._make_one(compose(overrides), overrides, tmp_path / "here" if named else None) == "a"
+    assert made == [tmp_path / ("here" if named else "synthetic/smoke/zhang2007_fig5")]
+
+
+def test_a_display_counts_figures_and_hides_those_that_ended() -> None:
+    console = Console(file=StringIO(), force_terminal=True, width=100)
+    experiments = [compose([f"experiment={name}"]) for name in ("zhang2007_fig2", "zhang2007_fig5")]
+    with Display(experiments, console, slots=1) as display:
+        whole, slot = display._progress.tasks
+        assert (whole.total, slot.visible) == (sum(each.cost_s for each in experiments), False)
+        display.began(0, 1)
+        display.at(0, "sweep")
+        assert (slot.description, slot.completed, slot.total) == ("zhang2007_fig5: sweep", 3, 5)
+        assert slot.visible
+        display.ended(0, 1, Outcome("zhang2007_fig5", Path("x"), {"sweep": 1.0}, (), [], (), 1.0))
+        assert not slot.visible
+        assert (whole.completed, whole.fields["count"]) == (experiments[1].cost_s, "1/2")
+        display.note("words")
+        assert whole.description == "words"
+    assert isinstance(console.file, StringIO)
+    assert "1/2 zhang2007_fig5" not in console.file.getvalue()
+
+
+def test_arguments_are_split_by_a_condition_in_their_order() -> None:
+    assert main._split(["a", "b=1", "c"], lambda item: "=" in item) == (["b=1"], ["a", "c"])
+
+
+@pytest.mark.parametrize("own", [True, False])
+def test_the_folder_of_a_preset_is_its_own(own: bool, tmp_path: Path) -> None:
+    one = compose(["experiment=zhang2007_fig5", "scale=smoke", f"results={tmp_path}"])
+    folder = tmp_path / "synthetic" / "smoke" / ("zhang2007_fig5" if own else "other")
+    assert main._is_presets_own(one, folder) is own
+
+
+@pytest.mark.parametrize(("exists", "called"), [(True, True), (False, False)])
+def test_variants_are_compared_where_there_are_any(
+    exists: bool,
+    called: bool,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    compared: list[Path] = []
+
+    def compare_variants(run: Path) -> list[Path]:
+        compared.append(run)
+        return [Path("one"), Path("two")]
+
+    monkeypatch.setattr("pipeline.report.variants.compare_variants", compare_variants)
+    run = tmp_path if exists else tmp_path / "none"
+    main._compare(run)
+    assert compared == ([run] if called else [])
+    assert capsys.readouterr().out == ("compared in one, two\n" if called else "")
+
+
+def test_commas_are_quoted_unless_they_separate_variants() -> None:
+    assert quoted(["data.path=/a,b"]) == ["data.path='/a,b'"]
+    for word in ("-m", "--multirun"):
+        assert quoted([word, "data.path=/a,b"])[1] == "data.path=/a,b"
+
+
+def test_an_option_that_a_class_does_not_have_is_refused_at_any_depth() -> None:
+    options_of_inner = Inner()
+    composition._reject_additions(options_of_inner, "")
+    options_of_inner.more = 1  # type: ignore[attr-defined]
+    with rejects("unknown_option", "outer.more"):
+        composition._reject_additions(options_of_inner, "outer.")
+    composition._reject_additions(3, "a")

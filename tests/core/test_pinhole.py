@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from pipeline.core.pinhole import Pinhole, look_at, project_by_matrix
+from pipeline.core.pinhole import Pinhole, _check_intrinsics, look_at, project_by_matrix
 from tests.core.cameras import off_centre
 from tests.rejects import rejects
 from tests.strategies import seeds
@@ -171,3 +171,18 @@ def test_points_that_do_not_fit_the_cameras_are_refused() -> None:
         cameras(0, 3).in_camera(np.zeros((4, 3)))
     with rejects("along_vertical"):
         look_at(np.zeros(3), np.array([0.0, 0.0, 5.0]), focal_px=1.0)
+
+
+@pytest.mark.parametrize(("row", "column", "value"), [(1, 0, 0.1), (2, 0, 0.1), (2, 1, 0.1), (2, 2, 2.0)])
+def test_each_fixed_entry_of_the_intrinsics_is_checked(row: int, column: int, value: float) -> None:
+    intrinsics = np.diag([900.0, 800.0, 1.0])
+    _check_intrinsics(intrinsics)
+    intrinsics[row, column] = value
+    with rejects("invalid_intrinsics"):
+        _check_intrinsics(intrinsics)
+
+
+@pytest.mark.parametrize(("first", "second"), [(0.0, 800.0), (900.0, -1.0)])
+def test_both_focal_lengths_are_positive(first: float, second: float) -> None:
+    with rejects("out_of_range"):
+        _check_intrinsics(np.diag([first, second, 1.0]))

@@ -80,3 +80,15 @@ def test_the_markers_of_amass(labels: np.ndarray, rate: str, tmp_path: Path) -> 
     np.testing.assert_array_equal(motion.positions_mm[0], [[1000, 2000, 3000], [4000, 5000, 6000]])
     assert not formats.read(path, units="mm").units_assumed
     np.testing.assert_array_equal(formats.read(path, units="mm").positions_mm[0, 0], [1, 2, 3])
+
+
+@pytest.mark.parametrize(("frames", "points"), [(1, 2), (3, 1), (1, 1)])
+def test_a_single_frame_and_a_single_point_are_read_but_none_is_not(
+    tmp_path: Path, frames: int, points: int
+) -> None:
+    names, positions = np.array(["a", "b"][:points]), np.full((frames, points, 3), 2.0)
+    np.savez(tmp_path / "a.npz", names=names, positions_mm=positions, frame_rate_hz=60.0)
+    np.testing.assert_array_equal(formats.read(tmp_path / "a.npz").positions_mm, positions)
+    np.savez(tmp_path / "b.npz", names=names, positions_mm=positions[:0], frame_rate_hz=60.0)
+    with rejects("arrays_disagree"):
+        formats.read(tmp_path / "b.npz")

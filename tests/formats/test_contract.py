@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from pipeline import formats
+from pipeline.formats import contract
 from pipeline.formats.contract import motion_capture
 from pipeline.formats.points import csv, trc
 from pipeline.validation import InvalidInput
@@ -216,3 +217,9 @@ def test_a_point_name_that_is_a_formula_is_none_in_a_table(tmp_path: Path, wide:
         motion = formats.read(path)
         assert motion.names == ("'=1+1", "'@x", "head")
         np.testing.assert_array_equal(motion.positions_mm, positions)
+
+
+def test_as_many_joints_as_are_allowed_are_read() -> None:
+    contract.require_joints(contract.MAX_JOINTS, "a.bvh")
+    with rejects("too_many_joints", "a.bvh"):
+        contract.require_joints(contract.MAX_JOINTS + 1, "a.bvh")

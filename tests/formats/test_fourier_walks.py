@@ -14,7 +14,7 @@ import pipeline as gait
 from pipeline import formats
 from pipeline.core import fourier, walking
 from pipeline.formats import fourier_walks
-from pipeline.formats.fourier_walks import FourierWalk
+from pipeline.formats.fourier_walks import FourierWalk, series
 from pipeline.skeleton import WALKER15
 from tests import made_up_walker
 from tests.formats.contract import FIXTURES, check_contract, replace
@@ -263,3 +263,9 @@ def test_the_mean_woman_and_man_walk_forwards() -> None:
             assert np.gradient(ankle[:, 0])[lifted] > 0, "a lifted foot swings forwards"
         hips = walk.coefficients[0, [WALKER15.index(f"{side}_hip") for side in ("left", "right")], 1]
         assert hips[0] > 0 > hips[1]
+
+
+def test_axes_of_the_file_and_of_the_world() -> None:
+    """In the file x is forwards and y to the left; in the world x is to the right and y forwards."""
+    np.testing.assert_array_equal(series.in_world(np.array([[1.0, 2.0, 3.0]])), [[-2.0, 1.0, 3.0]])
+    np.testing.assert_array_equal(series.from_world(np.array([[-2.0, 1.0, 3.0]])), [[1.0, 2.0, 3.0]])

@@ -15,6 +15,7 @@ from PIL import Image
 from pipeline import report
 from pipeline.charts import Axis, Chart, Lines, Reference, Sheet
 from pipeline.palette import COLOURS, Style, hex_colour
+from pipeline.pictures import style as look
 from pipeline.pictures.charts import draw_charts
 from pipeline.pictures.style import FAMILY, PNG_DPI, Canvas
 from tests.rejects import rejects
@@ -268,3 +269,19 @@ def test_charts_that_do_not_fit_are_refused(
 def test_a_sheet_without_a_chart_is_refused(tmp_path: Path) -> None:
     with rejects("out_of_range", "charts", value=0):
         of_table(tmp_path / "a", replace(ERROR, picture=False))
+
+
+def test_a_text_is_wrapped_greedily_within_the_width() -> None:
+    text = "alpha beta gamma delta epsilon"
+    width = look.text_width("alpha beta", look.TITLE_SIZE)
+    assert look.wrapped(text, width).split("\n")[0] == "alpha beta"
+    assert all(
+        look.text_width(line, look.TITLE_SIZE) <= width for line in look.wrapped(text, width).split("\n")
+    )
+    assert look.wrapped(text, 1.0).split("\n") == text.split(" ")
+    assert look.wrapped(text, 1e4) == text
+
+
+def test_a_formula_is_as_wide_as_its_symbols() -> None:
+    assert look.text_width(r"$\sigma$", 10.0) < 0.3 * look.text_width("sigma,s", 10.0)
+    assert look.text_width("mm", 20.0) == pytest.approx(2.0 * look.text_width("mm", 10.0), rel=0.02)

@@ -188,3 +188,14 @@ def test_a_link_to_a_claim_opens_its_row_whatever_the_filters_are(
     more = re.findall(rf'{row}.*?<div class="ledger-more">(.*?)</div>', dom, re.DOTALL)[0]
     assert papers.claim(name).text.quote in html.unescape(more)
     assert 'href="#zhang2007_fig5"' in more
+
+
+def test_clips_have_the_actions_of_the_table(tmp_path: Path) -> None:
+    arrays = {
+        name if name == "clip_name" else f"as_chosen.{name}": values for name, values in limb_clips().items()
+    }
+    table = {"table_clips.csv": {"clip": ["bending_001", "walking_001"], "action": ["bend", "walk"]}}
+    plant(tmp_path / "synthetic" / "smoke" / "park2011_fig4", arrays=arrays, more=table)
+    figure = read_published(tmp_path / "synthetic" / "smoke", ["park2011_fig4"]).figures["park2011_fig4"]
+    packed, _ = players.clips(figure)
+    assert [clip["action"] for clip in packed["clips"]] == ["walk", "bend"]

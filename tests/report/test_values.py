@@ -14,7 +14,7 @@ from pipeline.chart_json import to_json
 from pipeline.charts import Axis, Chart, Lines, Reference
 from pipeline.palette import Style
 from pipeline.papers.intervals import Interval
-from pipeline.report import entries, ledger_picture, players, templates, variants, verdicts
+from pipeline.report import agreement, entries, ledger_picture, players, templates, variants, verdicts
 from pipeline.report.ledger_picture import Abscissa
 from pipeline.report.page_charts import charts_of
 from pipeline.report.published import Published, PublishedFigure, numbered_rows, read_published
@@ -322,3 +322,26 @@ def test_variants_are_in_the_order_of_their_jobs_and_named_by_what_differs(tmp_p
         "components=5, divisor=R-1",
     ]
     assert [variant.claims[0]["claim"] for variant in by_figure["zhang2007_fig5"]] == CLAIM["claim"] * 2
+
+
+def test_packed_json_keeps_letters_and_refuses_what_is_not_json() -> None:
+    assert templates.packed_json({"ü": [1, "<"]}) == '{"ü":[1,"\\u003c"]}'
+    with pytest.raises(ValueError, match="JSON"):
+        templates.packed_json(float("nan"))
+
+
+@pytest.mark.parametrize(
+    ("position", "at"), [(0.0, 45.0), (1.0, 71.5), (-1.0, 23.5), (1e9, 98.0), (-1e9, 2.0)]
+)
+def test_places_on_the_axis_of_a_claim(position: float, at: float) -> None:
+    assert ledger_picture._at(position) == at
+
+
+def test_numbers_of_other_data_sets_are_those_of_their_rows() -> None:
+    others = {"optical": [{"claim": "c", "agreement": "agrees"}]}
+    listed = [{"data": "optical", "name": "q", "value": "2.5"}, {"data": "cmu", "name": "q", "value": "7"}]
+    [numbers] = agreement.numbers_of_others(others, listed)
+    assert (numbers.data, numbers.rows, numbers.quantity("q")) == (
+        "optical", {"c": others["optical"][0]}, 2.5,
+    )  # fmt: skip
+    assert np.isnan(numbers.quantity("other"))

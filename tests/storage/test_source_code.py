@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 from collections.abc import Callable
 from pathlib import Path
 
@@ -104,3 +105,10 @@ def test_a_word_in_the_command_line_and_another_study_leave_walks_alone() -> Non
         "pipeline.papers",
     )
     assert [name for name in sorted(reached) if name.startswith(foreign)] == []
+
+
+@pytest.mark.parametrize(
+    ("line", "is_text"), [("'words'", True), ("3", False), ("...", False), ("f()", False)]
+)
+def test_only_a_statement_of_text_is_text(line: str, is_text: bool) -> None:
+    assert source_code._is_text(ast.parse(line).body[0]) is is_text

@@ -1,6 +1,7 @@
 """Tests of the store: results are found by key, written completely or not at all, and checked when read."""
 
 import errno
+import hashlib
 import importlib.metadata
 import io
 import json
@@ -25,9 +26,10 @@ from pipeline import locks
 from pipeline.storage import provenance as provenance_module
 from pipeline.storage import sealed_folders
 from pipeline.storage import store as store_module
+from pipeline.storage.artefacts import content_digest
 from pipeline.storage.provenance import versions
-from pipeline.storage.publishing import new_file, publish
-from pipeline.storage.sealed_folders import canonical, complaints_about
+from pipeline.storage.publishing import new_file, publish, require_new
+from pipeline.storage.sealed_folders import canonical, complaints_about, write_manifest
 from pipeline.storage.store import Artefact
 from pipeline.storage.store import Store as PlainStore
 from pipeline.validation import InvalidInput
@@ -1185,3 +1187,42 @@ def test_provenance_reads_the_projects_own_repository_only(
     assert provenance_module.provenance()["dirty"] is True
     monkeypatch.setattr(provenance_module, "PROJECT", tmp_path.resolve() / "inner")
     assert provenance_module.provenance()["commit"] == "unknown"
+
+
+def test_the_content_of_an_artefact_has_sixteen_digits() -> None:
+    manifest = {"files": {"arrays.npz": {"sha256": "ab"}}, "notes": {"n": 1}}
+    assert content_digest(manifest) == hashlib.sha256(b'["ab",{"n":1}]').hexdigest()[:16]
+
+
+@pytest.mark.parametrize(
+    ("hashes", "newer", "told"), [(True, False, True), (False, True, True), (False, False, False)]
+)
+def test_a_changed_file_of_the_same_size_is_found_by_its_hash_or_its_time(
+    tmp_path: Path, hashes: bool, newer: bool, told: bool
+) -> None:
+    path = tmp_path / "a.txt"
+    path.write_text("before")
+    write_manifest(tmp_path, {})
+    sealed = (tmp_path / "manifest.json").stat().st_mtime_ns
+    assert complaints_about(tmp_path) == []
+    path.write_text("after!")
+    os.utime(path, ns=(sealed + newer, sealed + newer))
+    assert complaints_about(tmp_path, hashes=hashes) == (["the sha256 of a.txt differs"] if told else [])
+
+
+def test_an_existing_file_is_not_replaced_unless_it_is_asked_for(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    require_new(path)
+    path.write_text("a")
+    require_new(path, replace=True)
+    with rejects("not_replaced", why="exists"):
+        require_new(path)
+
+
+@pytest.mark.parametrize("dry_run", [True, False])
+def test_a_dry_run_removes_nothing(tmp_path: Path, dry_run: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    removed: list[Path] = []
+    monkeypatch.setattr("pipeline.storage.store.remove_stale", removed.append)
+    Store(tmp_path, dry_run=dry_run)
+    Store(tmp_path, None)
+    assert removed == ([] if dry_run else [tmp_path / "cache"])

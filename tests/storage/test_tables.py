@@ -325,3 +325,18 @@ def test_tables_agree_to_a_millionth_and_to_a_billionth_near_zero() -> None:
     assert tables.relative_differences(first, {"x": np.array([1000.0, 0.9e-9])}) == {"x": 0.0}
     assert tables.relative_differences(first, {"x": np.array([1000.0, 1.9e-9])})["x"] > 0.0
     assert tables.relative_differences({"x": np.array([])}, {"x": np.array([])}) == {"x": 0.0}
+
+
+def test_numbers_and_text_agree_as_text() -> None:
+    words, numbers = np.array(["1", "x"]), np.array([1, 2])
+    assert tables.needed(numbers, words, 0.0).tolist() == [0.0, np.inf]
+    assert tables.needed(words, numbers, 0.0).tolist() == [0.0, np.inf]
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "absolute", "needed"),
+    [(10.0, 9.0, 0.0, 0.1), (-9.0, -10.0, 0.5, 0.05), (1.0, 1.4, 0.5, 0.0), (np.nan, np.nan, 0.0, 0.0),
+     (np.inf, np.inf, 0.0, 0.0), (np.nan, 1.0, 9.0, np.inf), (1.0, np.inf, 9.0, np.inf)],
+)  # fmt: skip
+def test_the_tolerance_that_two_numbers_need(a: float, b: float, absolute: float, needed: float) -> None:
+    assert tables.needed(np.array([a]), np.array([b]), absolute)[0] == pytest.approx(needed)

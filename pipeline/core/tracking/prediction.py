@@ -112,9 +112,8 @@ class Walk:
         low, high = np.multiply(d.rate_bounds, d.nominal_rate)
         if state is None:
             first, final = np.multiply(d.start_phase, self.last)
-            uniform = ndtr(innovations[:, :2])
-            after[:, 0] = first + (final - first) * uniform[:, 0]
-            after[:, 1] = low + (high - low) * uniform[:, 1]
+            after[:, 0] = first + (final - first) * ndtr(innovations[:, 0])
+            after[:, 1] = low + (high - low) * ndtr(innovations[:, 1])
             after[:, 2:] = (
                 innovations[:, 2:] if self.prior else self.mean[0] + self.sd[0] * innovations[:, 2:]
             )

@@ -104,10 +104,9 @@ def skeleton_of(path: Path) -> Path:
             skeletons = [p for p in skeletons if _number(p) == _number(path)]
         if skeletons:
             break
-    if len(skeletons) > 1:
-        begins = [p for p in skeletons if path.stem.lower().startswith(p.stem.lower())]
-        longest = max((len(p.stem) for p in begins), default=0)
-        skeletons = [p for p in begins if len(p.stem) == longest] or skeletons
+    begins = [p for p in skeletons if path.stem.lower().startswith(p.stem.lower())]
+    longest = max((len(p.stem) for p in begins), default=0)
+    skeletons = [p for p in begins if len(p.stem) == longest] or skeletons
     if len(skeletons) != 1:
         raise damaged(
             "the skeleton file of this motion is missing or ambiguous",

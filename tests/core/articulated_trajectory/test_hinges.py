@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import cast
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from pipeline.core.articulated_trajectory.hinges import HINGES, flexion, wrong_share
+from pipeline.core.articulated_trajectory.hinges import HINGES, _cost_ratio, flexion, wrong_share
+from pipeline.core.articulated_trajectory.limb_choice import LimbChoice
 from pipeline.core.limb_chain import WALKER14, Chain
 from pipeline.skeleton import WALKER15
 from pipeline.synthetic.walkers import walking_population
@@ -128,3 +132,9 @@ def test_a_knee_that_is_the_root_is_no_limb_and_no_hinge() -> None:
     joints = ("left_knee", "left_ankle", "left_hip", "right_hip")
     chain = Chain(joints, (None, "left_knee", "left_knee", "left_hip"))
     assert not any(hinge.fits(chain) for hinge in HINGES)
+
+
+@pytest.mark.parametrize(("mirrored", "ratio"), [(False, 1.0), (True, 3.5)])
+def test_a_mirror_costs_its_margin(mirrored: bool, ratio: float) -> None:
+    choice = SimpleNamespace(mirrored=mirrored, solution=SimpleNamespace(margin=3.5))
+    assert _cost_ratio(cast(LimbChoice, choice)) == ratio

@@ -23,6 +23,7 @@ from pipeline.core.binary_quadratic import candidates as programmes
 from pipeline.core.binary_quadratic import descent as sign_search
 from pipeline.core.binary_quadratic.candidates import Programme, programme_of
 from pipeline.core.binary_quadratic.searches import BoxSearch, SuffixSearch
+from pipeline.core.binary_quadratic.solve import _margin, _signs
 from pipeline.core.trajectory_basis import TrajectoryBasis, cosine_basis, restricted, soft_ridge
 from tests.benchmarks.binary_quadratic import by_scip, limb
 from tests.rejects import rejects
@@ -426,3 +427,17 @@ def test_what_is_no_programme_is_refused_in_one_sentence(case: str) -> None:
     attempt, rejection = REFUSED[case]
     with rejection:
         attempt()
+
+
+@pytest.mark.parametrize(
+    ("other", "here", "rounding", "margin"),
+    [(6.0, 2.0, 1.0, 3.0), (0.5, 0.0, 0.5, 1.0), (0.5, 0.1, 0.4, 5.0), (6.0, 0.0, 1.0, np.inf)],
+)
+def test_the_margin_is_the_ratio_of_the_costs(
+    other: float, here: float, rounding: float, margin: float
+) -> None:
+    assert _margin(other, here, rounding) == margin
+
+
+def test_a_value_of_zero_has_a_positive_sign() -> None:
+    assert _signs(np.array([-0.2, 0.0, 0.7])).tolist() == [-1, 1, 1]

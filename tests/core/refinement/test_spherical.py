@@ -276,3 +276,11 @@ def test_the_length_of_a_direction_does_not_matter(seed: int, size: float) -> No
     start, moved = continuous_angles(directions), continuous_angles(size * directions)
     np.testing.assert_allclose(moved.theta, start.theta, atol=1e-6)
     np.testing.assert_allclose(moved.phi, start.phi, atol=1e-6)
+
+
+def test_angles_stay_continuous_through_the_poles_over_two_turns() -> None:
+    turn = np.arange(33) * np.pi / 8  # exactly at a pole in every eighth frame
+    circle = np.stack([np.sin(turn), np.zeros(33), np.cos(turn)], axis=1)
+    angles = continuous_angles(circle, chart=np.eye(3))
+    np.testing.assert_allclose(np.abs(np.diff(angles.theta)), np.pi / 8, atol=1e-9)
+    np.testing.assert_allclose(np.diff(angles.phi), 0.0, atol=1e-9)

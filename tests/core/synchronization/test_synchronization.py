@@ -19,6 +19,7 @@ from pipeline.core.synchronization import (
     distances,
     median_sequence,
     normalise,
+    pair,
     rate_to_rate,
     synchronization_distance,
     synchronize,
@@ -649,3 +650,15 @@ def test_the_trellis_of_two_pinned_ends_is_a_rhombus() -> None:
     faster = allowed_disparities(7, max_disparity=6, smoothness=1.0, steps=(-2, -1, 0, 1))
     assert faster.high.tolist() == [0, 2, 4, 3, 2, 1, 0]
     assert faster.low.tolist() == [0, -1, -2, -3, -4, -2, 0]
+
+
+def test_a_disparity_space_image_does_not_depend_on_its_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
+    first, second = np.random.default_rng(3).standard_normal((2, 9, 4))
+    image = pair.disparity_space_image(first, second, max_disparity=2)
+    monkeypatch.setattr(pair, "_CHUNK", 1)
+    np.testing.assert_array_equal(pair.disparity_space_image(first, second, max_disparity=2), image)
+    for p in range(9):
+        for d in range(-2, 3):
+            inside = 0 <= p + d < 9
+            distance = ((second[p + d] - first[p]) ** 2).sum() if inside else np.inf
+            assert image[p, d + 2] == pytest.approx(distance)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from contextlib import AbstractContextManager
 from typing import Any
 
@@ -15,7 +16,7 @@ from pipeline.core.linear_model import LinearModel, fit, flatten, unflatten
 from pipeline.core.reconstruction import gram_of
 from pipeline.core.statistics import angle_difference_deg
 from pipeline.core.viewpoint import search
-from pipeline.core.viewpoint.estimate import _observations
+from pipeline.core.viewpoint.estimate import _observations, estimate
 from tests.rejects import rejects
 from tests.strategies import Fold, angles, folds, seeds, walkers
 
@@ -456,3 +457,8 @@ def test_a_model_with_the_frequency_needs_it_observed() -> None:
         viewpoint.estimate(WITH_FREQUENCY, SEEN, method="least_squares")
     with rejects("wrong_shape", shape=(150,)):
         viewpoint.estimate(WITH_FREQUENCY, SEEN.reshape(5, 15, 2), method="least_squares")
+
+
+def test_the_published_solver_starts_at_a_view_angle_of_zero() -> None:
+    signature = inspect.signature(estimate).parameters
+    assert (signature["start_rad"].default, signature["angle_range_rad"].default) == (0.0, (-np.pi, np.pi))

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from pipeline import mappings
 from pipeline.core import walking
-from pipeline.skeleton import PELVIS, WALKER15
+from pipeline.core.walking.definitions import stature
+from pipeline.skeleton import ANKLES, PELVIS, WALKER15
 from pipeline.skeleton.source_mapping import Lowering, Rule, SourceMapping
 from tests.rejects import rejects
 from tests.strategies import angles, seeds
@@ -114,3 +115,11 @@ def test_every_mapping_that_ships_has_the_pelvis_midway_between_the_hips(mapping
     rules = [rule for rule in mapping.rules("pelvis") if rule[0] != OWN_PELVIS.get(mapping.name)]
     assert all(rule in middles for rule in rules)
     assert bool(rules) != (mapping.name == "walker15")
+
+
+def test_stature_ends_at_the_lowest_two_per_cent_of_the_ankles() -> None:
+    walk = np.full((101, 15, 3), np.nan)
+    walk[:, WALKER15.index("head"), 2] = 1000.0
+    walk[0, WALKER15.index("head"), 2] = np.nan
+    walk[:, ANKLES, 2] = np.arange(101.0)[:, None]
+    assert stature(walk) == pytest.approx(998.0)
