@@ -80,9 +80,10 @@ class BoxSearch:
             half=np.empty(frames),
             trail=np.empty(frames, np.int64),
             levels=np.zeros((frames + 1, 3), np.int64),
-            bounds=np.full(frames + 2, np.inf),
+            bounds=np.full(frames + 2, -np.inf),
             counts=np.zeros(4, np.int64),
         )
+        self._tree.bounds[-1] = np.inf
 
     @property
     def finished(self) -> bool:
