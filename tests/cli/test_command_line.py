@@ -136,7 +136,7 @@ def test_a_wrong_command_is_answered_in_one_sentence(
     [
         ([], "no figure is named"),
         (["zhang2007_fig55"], "experiment must be one of"),
-        (["zhang2007_fig5", "results=nowhere"], "the recording does not exist"),
+        (["zhang2007_fig5", "results=nowhere"], "the recording file does not exist"),
     ],
 )
 def test_what_cannot_be_viewed_is_said_in_one_sentence(
@@ -718,7 +718,7 @@ def test_the_users_own_data_do_not_take_the_place_of_another_data_set(
     for name in ("synthetic", "optical"):
         message = say(*of_folder(walks, tmp_path / "results", f"data.name={name}"))
         assert (message.status, message.result) == (1, "")
-        assert_one_sentence(message.err, f"data.name must not be that of another data set (got {name})")
+        assert_one_sentence(message.err, f"data.name must not be the name of another data set (got {name})")
     assert not (tmp_path / "results").exists()
 
 

@@ -268,7 +268,7 @@ def test_an_empty_results_folder_is_refused(
     monkeypatch.chdir(tmp_path)
     preset = [] if command in (["report"], ["archive"]) else ["experiment=zhang2007_fig2"]
     message = say(*command, *preset, "scale=smoke", empty)
-    assert (message.status, message.err) == (1, "results must name a folder (got nothing)\n")
+    assert (message.status, message.err) == (1, "results must name a folder for the results (got nothing)\n")
     assert list(tmp_path.iterdir()) == []
 
 
