@@ -34,7 +34,7 @@ class CompiledLoop:
         self._dispatcher: Any = None
 
     def dispatcher(self) -> Any:
-        """Return the loop's numba dispatcher; also replaces the module's other loops, since loops call each other."""
+        """Return the loop's numba dispatcher; the module's other loops become dispatchers, since loops call each other."""
         with _ONE_THREAD:
             if self._dispatcher is None:
                 self._dispatcher = _compiled(self._loop, **self._options)

@@ -17,7 +17,7 @@ except ImportError:  # Windows: processes do not wait, and the first of two resu
 def exclusive(
     path: Path, waiting: Callable[[], AbstractContextManager[None]] = nullcontext
 ) -> Iterator[None]:
-    """Hold an exclusive lock during the ``with`` block.
+    """Hold an exclusive lock between processes during the ``with`` block.
 
     The lock file exists only while a process holds the lock or waits for it.
 

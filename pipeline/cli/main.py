@@ -105,7 +105,7 @@ def commands() -> dict[str, str]:
                 from pipeline.validation import InvalidInput
 
                 raise InvalidInput(
-                    f"the plug-in has a command {name!r}, but another command has this name",
+                    f"the plug-in adds a command {name!r}, but another command has this name",
                     each.name,
                     code="duplicate_name",
                 )

@@ -554,14 +554,14 @@ def test_metres_that_are_said_to_be_metres_are_read(
 @pytest.mark.parametrize(
     ("make", "overrides", "words"),
     [
-        (lambda folder: None, [], ["data.path must be a folder that exists"]),
+        (lambda folder: None, [], ["data.path must be an existing folder"]),
         (lambda folder: folder.mkdir(), [], ["no motion capture", ".c3d", "an empty folder"]),
         (
             lambda folder: (folder.mkdir(), (folder / "walk.fbx").write_text("x")),
             [],
             ["no motion capture", ".fbx"],
         ),
-        (lambda folder: folder.write_text("x"), [], ["data.path must be a folder that exists"]),
+        (lambda folder: folder.write_text("x"), [], ["data.path must be an existing folder"]),
         (lambda folder: folder.mkdir(), ["data.pattern="], ["data.pattern"]),
         (lambda folder: folder.mkdir(), ["data.pattern=/*.c3d"], ["data.pattern"]),
         (
@@ -638,7 +638,7 @@ def test_a_listed_recording_that_was_changed_is_refused_and_the_others_are_used(
     assert {name: row["verdict"] for name, row in report.items()} == {
         "anna_1": "kept", "bela_1": "refused", "cleo_1": "kept", "dora_1": "kept"
     }  # fmt: skip
-    assert report["bela_1"]["reason"].startswith("bela_1.csv: the file differs from the listed recording")
+    assert report["bela_1"]["reason"].startswith("bela_1.csv: the file differs from the table of recordings")
     assert f"expected sha256 {hashlib.sha256(content).hexdigest()[:12]}…" in report["bela_1"]["reason"]
     assert "1 of 4 clips are rejected" in message.out
 

@@ -306,7 +306,7 @@ def read_sections(path: Path) -> tuple[_Words, _Words, list[_Words], list[list[s
         key, location = words[0].lower(), f"{where}, line {number}"
         if key.startswith(":"):
             if is_open:
-                raise damaged("a `begin` has no `end`", location, received=key, code="unclosed")
+                raise damaged("a `begin` line has no `end` line", location, received=key, code="unclosed")
             section = key
         elif section in (":bonedata", ":hierarchy") and key in ("begin", "end"):
             if is_open == (key == "begin"):

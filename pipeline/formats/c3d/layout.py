@@ -115,7 +115,9 @@ def find_layout(
         notes.append(f"{size - ends[0]} bytes after the last frame are not read.")
         return layouts[0]
     if len(fitting) != 1:
-        what = "the file is truncated" if size < ends[0] else "not exactly one layout matches the file size"
+        what = (
+            "the file is truncated" if size < ends[0] else "the file size fits no declared layout, or several"
+        )
         raise damaged(
             f"{what}: {declared}",
             where,

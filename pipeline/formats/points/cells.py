@@ -13,12 +13,12 @@ from pipeline.formats.text import read_numbers
 from pipeline.validation import require_range
 
 NOTHING = re.compile(r"|#?n/?a|none|null|missing|--?|-?nan\(.*\)|-?1[.,]#\w+|#[a-z/0]+[!?]", re.IGNORECASE)
-"""Pattern of a missing value (in addition to NaN) and of a value that a spreadsheet could not compute."""
+"""Pattern of a cell that marks a missing value (in addition to NaN) or a value that a spreadsheet could not compute."""
 
 
 @dataclass
 class Rows:
-    """Rows of a table, split into cells.
+    """Rows of a table of points, split into cells.
 
     Attributes
     ----------
