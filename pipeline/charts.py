@@ -182,7 +182,7 @@ UNITS = {
     "_s": "s",
     "_frames": "frames",
 }
-"""Unit of a column by the ending of its name."""
+"""Unit of a table column by the ending of the column's name."""
 
 
 def _axis(label: str, unit: str, column: str) -> str:
@@ -340,7 +340,7 @@ def _lines(chart: Chart, lines: Lines, table: Any, number: int) -> list[Line]:
 
 
 def _known(ends: Ends | None, rows: np.ndarray) -> Ends | None:
-    """Return the ends of the intervals in some rows; both ends are NaN if either is unknown.
+    """Return the ends of the intervals in selected rows of a table; both ends are NaN if either end is unknown.
 
     Returns None if no interval has both ends.
     """

@@ -72,7 +72,7 @@ def remove_unheld(folder: Path, pattern: str) -> None:
 
 
 def _is_file_of(descriptor: int, path: Path) -> bool:
-    """Return True if an open file is still the file at a path."""
+    """Return True if the file at a path is still the file that was opened."""
     try:
         return os.path.samestat(os.fstat(descriptor), path.stat())
     except FileNotFoundError:

@@ -89,12 +89,12 @@ def processes_for(workers: int) -> int:
 
 
 def share_cores(spare: Semaphore, not_returned: int = 0) -> None:
-    """Set the semaphore of spare cores for this process's helpers, and the number of cores that it must return."""
+    """Set the semaphore of spare cores for this process's helpers, and the number of cores that it must give back."""
     _Share.spare, _Share.not_returned = spare, not_returned
 
 
 def cores_not_returned() -> int:
-    """Return the number of cores that this process must still return, since it used lent cores again too early."""
+    """Return the number of cores that this process must still give back to other processes."""
     return _Share.not_returned
 
 

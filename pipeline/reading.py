@@ -175,7 +175,7 @@ def unpacked(
 
 @contextmanager
 def as_written(where: object) -> Iterator[None]:
-    """Convert an error in reading this package's files, in the ``with`` block, to InvalidInput.
+    """Convert errors in the ``with`` block, which reads files of this package, to InvalidInput.
 
     The block uses files of this package, so an error means that another version wrote the files.
     """

@@ -96,7 +96,7 @@ class Split:
     def __init__(self, *parts: View | Split, shares: Sequence[float] | None = None) -> None:
         if shares is not None and len(shares) != len(parts):
             raise InvalidInput(
-                "the number of fractions of space differs from the number of views",
+                "the number of shares of the space differs from the number of views",
                 expected=len(parts),
                 received=len(shares),
                 code="other_length",

@@ -27,7 +27,7 @@ from pipeline.validation import InvalidInput, require_choice
 
 
 def figures_for(arguments: Sequence[str], among: Sequence[str] = ()) -> tuple[Experiment, list[str]]:
-    """Return the first figure's experiment, and the names of the figures for which the data set has suitable clips.
+    """Return the first figure's configuration, and the names of the figures for which the data set has suitable clips.
 
     Parameters
     ----------
@@ -160,7 +160,7 @@ FILLED_PAGES: Mapping[str, tuple[str, ...]] = {
     "docs/figures.md": ("figures",),
     "docs/results.md": ("headline",),
 }
-"""Pages of the documentation that state durations of commands, each with the tables that are generated in it."""
+"""Pages of the documentation that state durations of commands, each with the names of its generated tables."""
 
 
 def readme(arguments: Sequence[str]) -> int:
@@ -291,7 +291,7 @@ def keep(arguments: Sequence[str]) -> int:
 
 
 def _current(figures: Sequence[str], folder: Path, arguments: Sequence[str], *, commit: str) -> list[str]:
-    """Return the figures that were made at another commit, but that the present sources would reproduce unchanged.
+    """Return the names of figures that another commit computed and that the present sources would reproduce unchanged.
 
     This happens because `make readme` is committed before results are archived.
     """

@@ -63,7 +63,7 @@ def reason_without_clips(experiment: Experiment) -> str:
 
 
 def order(experiment: Experiment) -> list[Any]:
-    """Return the key by which figures are sorted: subject, the papers' or our own figure, paper, and cost.
+    """Return the sort key of a figure: its subject, its origin (a paper or this project), its paper, and its cost.
 
     Figures are sorted by subject; within a subject the papers' figures precede our own; then by paper and cost.
     """

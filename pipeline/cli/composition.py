@@ -97,7 +97,7 @@ def _interpolation(size: str | float | Mapping[str, float]) -> str | float:
 
 
 def _by_scale(scale: str, sizes: Mapping[str, float]) -> float:
-    """Return the value of an option at a scale such as ``full``; raise InvalidInput if none is defined for it."""
+    """Return an option's value at a scale such as ``full``; raise InvalidInput if the option has no value there."""
     if scale not in sizes:
         raise InvalidInput(
             "must be set, because this option has no default at this scale",
@@ -158,9 +158,7 @@ def _typed(composed: Any, overrides: Sequence[str]) -> Experiment:
             code="no_experiment",
         )
     if missing:
-        raise InvalidInput(
-            "an option without a default has no value", ", ".join(sorted(missing)), code="missing_value"
-        )
+        raise InvalidInput("a required option has no value", ", ".join(sorted(missing)), code="missing_value")
     OmegaConf.resolve(composed)
     experiment: Experiment = OmegaConf.to_object(composed)  # type: ignore[assignment]
     _reject_additions(experiment, "")
@@ -202,7 +200,7 @@ def _unknown_option(kind: type[Any], key: str) -> InvalidInput:
     """Return the error for the full key of an option that its option class does not contain."""
     names = [field.name for field in fields(kind)]
     expected = "one of " + ", ".join(names) if names else "no option (this group is empty)"
-    unknown = InvalidInput("there is no such option", key, expected, code="unknown_option")
+    unknown = InvalidInput("this option does not exist", key, expected, code="unknown_option")
     return earlier_names().option_rejection(kind, key) or unknown
 
 
@@ -218,7 +216,7 @@ def in_words(error: Exception) -> Exception:
         if group == "hydra/launcher":
             options += "; joblib needs the extra `cluster`"
         return InvalidInput(
-            "there is no such option", group, options, name, code="unknown_option", typed=True
+            "there is no choice of this name", group, options, name, code="unknown_option", typed=True
         )
     if isinstance(error, OverrideParseException):
         return InvalidInput(

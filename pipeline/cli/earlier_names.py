@@ -21,7 +21,7 @@ TABLE = "earlier_names.yaml"
 """Name of the file that lists earlier names in a folder of options."""
 
 TEXT = "str"
-"""Entry, in place of a class name, for a former class of choices whose values are now plain text."""
+"""Entry that marks a former class of choices whose values are now plain text."""
 
 
 @dataclass(frozen=True)
@@ -173,7 +173,7 @@ def _earlier_names(_: object) -> EarlierNames:
 
 
 def _change(entry: Any, where: str) -> Change:
-    """Return the change of a name from the name's entry in ``earlier_names.yaml``."""
+    """Return the change of a name that an entry of ``earlier_names.yaml`` describes."""
     stated = {"now": entry} if isinstance(entry, str) else entry
     kinds = {part.name for part in fields(Change)} - {"was"}
     valid = (
@@ -197,7 +197,7 @@ def _rejection(change: Change | None, where: str, name: str, above: str = "") ->
         return None
     if new := change.moved or (change.now and above + change.now.rpartition("/")[2]):
         return InvalidInput(
-            "this name was changed since an earlier version",
+            "this name has changed since an earlier version: use the new name",
             where,
             new,
             name,

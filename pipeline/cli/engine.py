@@ -127,14 +127,16 @@ def _client(name: str, options: Launch, folder: Path, workers: int, console: Con
         except (OSError, ValueError, RuntimeError, TypeError) as error:
             getattr(where, "_created", set()).clear()  # otherwise the end of the cluster fails too
             words, target = " ".join(str(error).rpartition("stderr:")[2].split()), options.scheduler or name
-            raise InvalidInput("cannot be used", target, received=words, code="no_cluster") from None
+            raise InvalidInput(
+                "the Dask cluster cannot be used", target, received=words, code="no_cluster"
+            ) from None
         if options.dashboard:
             console.print(f"dashboard (needs bokeh): {client.dashboard_link}")
         yield client
 
 
 def job_queue(name: str, options: Launch, folder: Path, stack: ExitStack, dashboard: str) -> Any:
-    """Return the Dask cluster of a batch system, without jobs yet; `stack` later deletes its certificates."""
+    """Return the Dask cluster of a batch system, still without jobs; `stack` deletes its certificates at the end."""
     ctrl_c = signal.getsignal(signal.SIGINT)
     import dask_jobqueue  # which exits on Ctrl-C, with status 0
 
@@ -192,7 +194,12 @@ def _prepare_workers(client: Any, jobs: Jobs) -> None:
             if changes := environment().items() - expected.items():
                 worker.loop.add_callback(worker.close)  # the client does not see the error of a later worker
                 words = ", ".join(f"{name} {value}, not {expected[name]}" for name, value in changes)
-                raise InvalidInput("a worker differs", worker.address, received=words, code="worker_differs")
+                raise InvalidInput(
+                    "a worker has other versions than this process",
+                    worker.address,
+                    received=words,
+                    code="worker_differs",
+                )
 
     folder, expected, files = Path.cwd(), environment(), {file for job in jobs for file in job[0].plugins}
     client.register_plugin(Ready())

@@ -10,7 +10,7 @@ from pipeline.resources import PACKAGE
 
 
 def equations(arguments: Sequence[str]) -> int:
-    """Print each equation in words, the functions that implement its printed form and its used form, and its test."""
+    """Print each equation in words, with its test and the functions that implement it as printed and as used."""
     chosen = [papers.paper(key) for key in arguments] or list(papers.all_papers().values())
     for paper in chosen:
         tell(f"{paper.key}: {paper.authors} ({paper.year}). {paper.title}.", "bold")

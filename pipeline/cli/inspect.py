@@ -281,7 +281,7 @@ def _of_file(motion: MotionCapture, suffix: str) -> list[str]:
 def _of_walk(
     motion: MotionCapture, fit: mappings.Fit, path: Path, options: Inspect, findings: Findings
 ) -> None:
-    """Add to the findings the joints that the mapping gives, and the steady walk or why no walk is usable."""
+    """Add to the findings the joints that the mapping gives, and the steady walk or the reason for its absence."""
     findings.mapping, findings.joints = fit.mapping.name, 15 - len(fit.missing)
     line = f"mapping: {fit.mapping.name}, {findings.joints} of 15 joints"
     if fit.missing:
@@ -338,7 +338,7 @@ def _again(path: Path, option: str = "") -> str:
 
 
 def _unit(leg: float) -> str:
-    """Return the unit in which a file's leg length is a human leg length; empty if the leg length is not positive."""
+    """Infer the unit of length of a file from a leg's length; return an empty text for a length of 0 or less."""
     low, high = LEG_LENGTH_MM
     return "mm" if low <= leg <= high else unit_of_leg(leg)
 

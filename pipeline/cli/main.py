@@ -68,12 +68,11 @@ if TYPE_CHECKING:
     from pipeline.studies.experiment import Experiment
 
 IDENTITY = {"experiment", "data", "scale", "workers", "results", "data.mirror", "data.raw"}
-"""Names of the overrides that do not change a figure's folder; other overrides move the figure to the scratch folder.
-"""
+"""Names of options that can be overridden without moving a figure from its preset's folder to the scratch folder."""
 OWN_FILES = {"skeleton", "skeleton.mapping", "skeleton.missing"} | {
     f"data.{x}" for x in ("path", "pattern", "person", "subject", "units", "up", "frame_rate_hz", "name")
 }
-"""Names of overrides that define the user's data set; with ``data=folder``, they do not change a figure's folder."""
+"""Names of options that define the user's data set; with ``data=folder``, they do not change a figure's folder."""
 
 
 _INTERRUPTED = 130
@@ -180,7 +179,7 @@ def help_text() -> str:
 
 
 def destination(experiment: Experiment, overrides: Sequence[str], moment: str) -> Path:
-    """Return the folder of a figure: the preset's folder, or a folder in scratch if options were changed."""
+    """Return the folder of a figure: the preset's folder, or a scratch folder if options were changed."""
     allowed = IDENTITY | (OWN_FILES if "data=folder" in overrides else set())
     names = {item.split("=", 1)[0].lstrip("+~") for item in overrides}
     run = experiment.published_in if names <= allowed else Path(experiment.results) / "scratch" / moment
@@ -397,7 +396,7 @@ def _run(arguments: Sequence[str]) -> int:
 
 
 def _announce(work: str, arguments: Sequence[str]) -> None:
-    """Print the names of the figures that are being set up, or `work`, before slow libraries are loaded."""
+    """Print what is being set up (the named figures, or `work`) before slow libraries are loaded."""
     named, _ = split_named(arguments)
     print("setting up " + (", ".join(named) or work), flush=True)
 
@@ -412,7 +411,7 @@ def _compare(run: Path) -> None:
 
 
 def _print_preset_folders(arguments: Sequence[str]) -> None:
-    """Print the folders of a multirun's figures if the multirun changed no option of their presets."""
+    """Print the preset folders of a multirun's figures, if the multirun changed no option."""
     from pipeline.cli.compose import compose
     from pipeline.storage.sealed_folders import MANIFEST
 

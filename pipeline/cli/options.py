@@ -73,7 +73,7 @@ def _known(owner: Any, name: str, key: str) -> str:
     if name not in names:
         within = [f"{group}.{name}" for group in names if name in _names(getattr(owner, group))]
         expected = " or ".join(within) or "one of " + ", ".join(names)
-        raise InvalidInput("there is no such option", key, expected, code="unknown_option")
+        raise InvalidInput("this option does not exist", key, expected, code="unknown_option")
     return name
 
 

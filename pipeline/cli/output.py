@@ -1,4 +1,4 @@
-"""Printing of lines and sections to standard output, without the library rich."""
+"""Printing of lines and sections to standard output, without the package `rich`."""
 
 from __future__ import annotations
 

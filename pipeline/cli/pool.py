@@ -1,4 +1,4 @@
-"""Parallel computation of figures: each runs in a separate process, which frees the memory at its end.
+"""Parallel computation of figures: each figure has a separate process, which frees its memory at the end.
 
 If a process dies, only its figure fails.  The processes end together with the program.
 """
@@ -161,7 +161,7 @@ def _work(
     not_returned: int,
     parent: int,
 ) -> None:
-    """Make a figure in a worker; send the name of each stage, then the outcome and the number of borrowed cores."""
+    """Make a figure in a worker; send the name of each stage, then the outcome and the number of cores to give back."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C and ends its workers
     signal.signal(signal.SIGTERM, _interrupt)
     sys.stdout, sys.stderr = sys.__stdout__, sys.__stderr__  # the display had replaced them

@@ -62,7 +62,7 @@ class Display:
         self._progress.reset(self._slots[slot], description=name, visible=True, figure=name, count="")
 
     def at(self, slot: int, stage: str) -> None:
-        """Show that the figure in a process slot has started a stage."""
+        """Show that the figure in a process slot of the display has started a stage."""
         task = self._slots[slot]
         name = self._progress.tasks[slot + 1].fields["figure"]
         self._progress.update(task, description=f"{name}: {stage}", completed=STAGES.index(stage))

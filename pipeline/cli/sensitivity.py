@@ -30,7 +30,7 @@ PLAIN = "as it is"
 """Name of the baseline run, in which no switch is set."""
 
 KEEP, QUOTED = "keep", "quoted"
-"""Arguments: `keep` writes the results into the repository; `quoted` selects the switches quoted in explanations."""
+"""Arguments: `keep` writes the results into the repository; `quoted` selects switches that the page quotes."""
 
 QUIET = ("figure.picture=false", "figure.recording=false")
 
@@ -135,7 +135,7 @@ def sensitivity(arguments: Sequence[str]) -> int:
 def _measured(
     every: Sequence[Switch], name: str, options: Sequence[str], below: Path
 ) -> tuple[list[dict[str, Any]], list[interventions.Numbers]]:
-    """Make the figures of a group with each switch; return the table's rows and the numbers that explanations quote."""
+    """Make the figures of a group with each switch; return the table's rows and the numbers that the page quotes."""
     rows: list[dict[str, Any]] = []
     numbers: list[interventions.Numbers] = []
     plain_tables: dict[str, Any] = {}
@@ -175,7 +175,9 @@ def _measured(
         )
         numbers.append(interventions.Numbers(**vars(switch), scale=scale, without=without, with_it=with_it))
     if not rows:
-        raise InvalidInput("no claim uses the figures of this group", name, code="no_claim")
+        raise InvalidInput(
+            "no claim of a paper uses the figures of this group of switches", name, code="no_claim"
+        )
     return rows, numbers
 
 

@@ -266,7 +266,7 @@ def keypoint_walk(folder: Path, *, harmonics: int = 2) -> Walk:
 
 
 def _stretches(path: Path) -> list[tuple[float, str]]:
-    """Return number of strides and type of locomotion for each stretch of frames in ``summary.json``."""
+    """Return the number of strides and the type of locomotion for each stretch of frames in ``summary.json``."""
     summary = read_json(path, dict[str, Any])
     if summary["verdict"] == "not_a_walk":
         reasons = "; ".join(map(str, summary["why"]))

@@ -174,7 +174,7 @@ def _selected(rows: list[dict[str, str]], only: Sequence[str] | None) -> list[di
         if not matches:
             sources = sorted({r["source"] for r in rows})
             raise InvalidInput(
-                "the table of sources has no such source or path",
+                "the table of sources does not list this source or path",
                 expected=f"a source ({', '.join(sources)}) or a path",
                 received=pattern,
                 typed=True,

@@ -22,7 +22,7 @@ MAX_JOINTS = 2000
 
 
 MIN_LEAP, MIN_DISTANCE = 0.2, 1.5
-"""Smallest distances, from neighbouring samples and from the body, at which a sample is taken for a placeholder.
+"""Smallest distances, from neighbouring samples and from the body, at which a placeholder counts as missing.
 
 A sample that is farther is missing.  The unit is the spread of the body: the root mean square distance of its points
 from their centre, about 500 mm."""

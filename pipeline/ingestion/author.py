@@ -90,9 +90,9 @@ def find(
             )
         return ListedFile(path, row["sha256"], row.get("terms", ""))
     raise InvalidInput(
-        "the average walkers of the BioMotion Lab are not available on this machine",
+        "the average walkers of the BioMotion Lab are not available on this machine: run `make data ARGS=author`"
+        " to fetch them, or name their folder in data.mirror= or MOCAP_MIRROR",
         paths[0],
-        "`make data ARGS=author` to fetch it, or its folder in MOCAP_MIRROR (data.mirror=)",
         code="not_fetched",
     )
 

@@ -124,7 +124,7 @@ def mirror_folders(mirror: str) -> list[Path]:
 
 
 def listed_clips(listing: Listing, sources: Sequence[str], action: str) -> tuple[list[Clip], list[Clip]]:
-    """Return two lists: the sorted clips that are available on this machine, and the others in the table's order.
+    """Return the clips available on this machine, sorted, and the unavailable clips in the table's order.
 
     Parameters
     ----------
@@ -175,9 +175,9 @@ def listed_clips(listing: Listing, sources: Sequence[str], action: str) -> tuple
     present = [clip for clip in clips if clip.path]
     if not present:
         raise InvalidInput(
-            f"none of the {len(clips)} recordings is available on this machine",
+            f"none of the {len(clips)} recordings is available on this machine: run `make data` to fetch them,"
+            " or name their folder in data.mirror= or MOCAP_MIRROR",
             listing.raw,
-            "`make data` to fetch them, or their folder in data.mirror= (or MOCAP_MIRROR)",
             code="not_fetched",
         )
     absent = [clip for clip in clips if not clip.path]

@@ -41,13 +41,13 @@ _SEGMENTS = (("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow"
 """Segments, each with its upper and its lower joint."""
 
 _AT_A_JOINT = re.compile(r"kne|(?<!sh)ank|hip|hjc|troch|condy|asi|ias|elb|wri|sho|acr|foot|heel|calc|hand")
-"""Pattern of words in the names of points at joints, which do not belong to a technical cluster."""
+"""Pattern of words in the names of markers at joints; such markers do not belong to a technical cluster."""
 
 EXCHANGED = "labels_exchanged"
 """Code of a remark on exchanged left and right labels."""
 
 EXCHANGE_RATIO = 1.5
-"""Ratio of path lengths, with the recorded over exchanged labels, above which labels are assumed to be exchanged."""
+"""Ratio of path lengths, with recorded to exchanged labels, above which labels are assumed to be exchanged."""
 
 MIN_JUMP = 0.05
 """Shortest jump that counts as an exchange of labels, relative to the rms distance of the points from their centre."""
@@ -71,8 +71,7 @@ def read_clip(clip: Clip) -> tuple[MotionCapture, np.ndarray, np.ndarray]:
     """
     if clip.path is None:
         raise InvalidInput(
-            "the recording is not available on this machine",
-            expected="`make data` to fetch it",
+            "the recording is not available on this machine: run `make data` to fetch it",
             code="not_fetched",
         )
     if clip.mismatch:
@@ -128,7 +127,10 @@ def standing(path: Path, *, units: str | None = None, frame_rate_hz: float | Non
         stamp = path.stat().st_mtime_ns
     except OSError as error:
         raise InvalidInput(
-            "the file cannot be read", path.name, received=error.strerror or "", code="unreadable"
+            "the file of the static trial cannot be read",
+            path.name,
+            received=error.strerror or "",
+            code="unreadable",
         ) from None
     posture, share = _posture(path, stamp, units, frame_rate_hz)
     if share > MAX_MOTION:
@@ -320,8 +322,8 @@ def joints_of(
         if not fit.usable:
             lacking = listed(fit.lacking)
             raise InvalidInput(
-                "no shipped mapping gives legs and pelvis of this recording",
-                expected="`python -m pipeline inspect FILE write=my_lab.yaml`, then skeleton=my_lab.yaml",
+                "no shipped mapping gives legs and pelvis of this recording: write a mapping with"
+                " `python -m pipeline inspect FILE write=my_lab.yaml`, then use skeleton=my_lab.yaml",
                 received=f"best fit {fit.mapping.name}, which lacks {lacking}",
                 code="no_mapping",
                 mapping=fit.mapping.name,

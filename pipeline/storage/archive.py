@@ -182,7 +182,9 @@ def traced_files(
             code="uncommitted_changes",
         )
     if not lock.is_file():
-        raise InvalidInput("the lock file is missing", lock.name, code="no_file")
+        raise InvalidInput(
+            "the lock file with the versions of packages is missing", lock.name, code="no_file"
+        )
     if not figures:
         raise InvalidInput("there is no figure to archive", source, code="no_figure")
     for figure in sorted(set(figures)):

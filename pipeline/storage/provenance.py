@@ -101,7 +101,7 @@ def used_plugins(modules: Iterable[str], files: Iterable[str]) -> list[dict[str,
 
 
 def require_plugins(used: Sequence[Mapping[str, str]], where: object) -> list[str]:
-    """Return the paths of loaded users' files that have the same content as the users' files from which a result came.
+    """Return the paths of loaded users' files, after checking that they equal the users' files behind a result.
 
     Raises
     ------

@@ -380,7 +380,7 @@ def swap_in(temporary: Path, folder: Path) -> None:
             require_replaceable(folder)
             if conflicts := [name for name in _not_listed(folder) if os.path.lexists(temporary / name)]:
                 raise InvalidInput(
-                    "the file is in the way, and this program did not write it: move it away",
+                    "a new file has the name of this file, which this program did not write: move it away",
                     folder / conflicts[0],
                     code="not_ours",
                 )

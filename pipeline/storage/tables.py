@@ -101,7 +101,7 @@ def renew(
     sort_by: Sequence[str],
     replace: Replace = True,
 ) -> None:
-    """Write rows into a table; the new rows replace the table's stale rows.
+    """Write rows into a table, in place of the table's outdated rows.
 
     Parameters
     ----------
@@ -362,7 +362,7 @@ def _cells(path: Path, sha256: str | None = None) -> dict[str, Sequence[str]]:
                 # A table of one column has "" for an empty cell, so an empty line is a truncated row.
                 if len(row) != len(header):
                     raise InvalidInput(
-                        "the row and the header differ in length",
+                        "a row and the header of the table differ in length",
                         f"{path.name}, line {reader.line_num}",
                         f"{len(header)} cells",
                         len(row),

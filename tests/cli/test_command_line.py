@@ -108,7 +108,7 @@ def test_help_on_a_terminal_that_knows_only_ascii() -> None:
         (["experiment=zhang2007_fig5", "model.component=3"], ["model.component:", "components"]),
         (["experiment=zhang2007_fig5", "model.components=x"], ["model.components:", "Integer"]),
         (["figures", "workers=two"], ["workers:", "two", "Integer"]),
-        (["experiment=zhang2007_fig5", "+x=1"], ["x:", "no such option"]),
+        (["experiment=zhang2007_fig5", "+x=1"], ["x:", "option does not exist"]),
         (["experiment=zhang2007_fig5", "model.components=1,2"], ["-m in front"]),
         (["figures", "data=nowhere"], ["data:", "synthetic", "got nowhere"]),
         (["figures", "walk"], ["not an override", "walk"]),
@@ -1078,5 +1078,5 @@ def test_help_of_reconstruct_names_every_option_and_no_other(say: Callable) -> N
 def test_an_option_without_its_group_is_named_with_it(say: Callable) -> None:
     message = say("reconstruct", "frame_rate_hz=25")
     assert (message.status, message.err) == (
-        1, "frame_rate_hz: there is no such option (expected input.frame_rate_hz)\n"
+        1, "frame_rate_hz: this option does not exist (expected input.frame_rate_hz)\n"
     )  # fmt: skip

@@ -229,7 +229,7 @@ def forward_kinematics(joints: Sequence[Joint], offsets_mm: np.ndarray, values: 
 
 
 def read_hierarchy(lines: list[str], where: str) -> tuple[list[Joint], int]:
-    """Read the joints in the order of the file, and the index of the line ``MOTION``.
+    """Return the joints of a BVH file, in the order of the file, and the index of the line ``MOTION``.
 
     Raises
     ------
@@ -319,7 +319,7 @@ def _new_joint(
     location: str,
     number: int,
 ) -> Joint:
-    """Return a new joint or end site, as a child of the joint whose brace is open."""
+    """Return a new joint or end site, as a child of the joint whose brace is still open."""
     if (key == "ROOT") == (parent >= 0):
         side = "inside" if parent >= 0 else "outside"
         raise damaged(

@@ -38,7 +38,7 @@ AXES = {
     "nervous": "nervousaxis",
     "happy": "happyaxis",
 }
-"""Name of each axis, and the name of its array in BMWalker.js."""
+"""Name of each attribute axis, and the name of the axis's array in BMWalker.js."""
 
 SOURCE = (
     "BMWalker.js 0.6.1, CC BY-NC-SA 4.0, copyright 2022 Tetsunori Nakayama and Nikolaus Troje:"
@@ -49,7 +49,7 @@ SOURCE = (
 _AUTHOR = "Nikolaus Troje"
 
 MAX_WORDS = 400
-"""Largest number of characters that are kept of the source text that a file states."""
+"""Largest number of characters that are kept of a file's statement of its source."""
 
 OTHER_JSON = "run `reconstruct` on keypoints of a video; save 3D points as CSV: frame, time, joint, x, y, z"
 """Advice for a JSON file that is not an average walker."""

@@ -115,7 +115,7 @@ def from_blocks(blocks: np.ndarray, where: str) -> FourierWalk:
 
 
 def marker_names(count: int) -> tuple[str, ...]:
-    """Return names for markers, which the files do not store; fifteen markers are the joints of the papers."""
+    """Return names for markers, because files store none; fifteen markers are the joints of the papers."""
     joints = WALKER15.joints
     return tuple(joints) if count == len(joints) else tuple(f"marker_{k + 1}" for k in range(count))
 

@@ -21,7 +21,7 @@ MAX_STEPS = 10_000
 MAX_SPACING = 8
 """Largest distance, in rows, between two rows whose time difference contributes to the estimated frame rate."""
 MAX_ROW_FRAMES = 10
-"""Median number of declared frames between unevenly timed rows above which the declared frame rate is rejected."""
+"""Median number of frames between uneven rows above which the declared frame rate is rejected."""
 RATE_TOLERANCE = 0.01
 """Largest accepted relative difference between the frame rate computed from times and the declared frame rate."""
 
@@ -34,7 +34,7 @@ Times with longer intervals are in a smaller unit.
 
 
 def unit_of_times(step: float, declared_hz: float | None = None) -> tuple[str, float] | None:
-    """Return the unit of times that are not in seconds, and its number per second; None if the unit is ambiguous.
+    """Return the unit of times that are not in seconds, and the number of units per second; None if it is ambiguous.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def at_equal_intervals(
 def frames_of(
     times_s: np.ndarray, declared_hz: float | None, location: Callable[[int], str], notes: list[str]
 ) -> tuple[np.ndarray, float]:
-    """Return the frame number (T,) of each row, counted from 0, and the frame rate, Hz.
+    """Return the frame number (T,) of each row, counted from 0 and possibly fractional, and the frame rate, Hz.
 
     Positions are fractional if the times are non-uniform.
 
