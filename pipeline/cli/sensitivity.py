@@ -30,7 +30,7 @@ PLAIN = "as it is"
 """Name of the baseline run, in which no switch is set."""
 
 KEEP, QUOTED = "keep", "quoted"
-"""Arguments: `keep` writes the results into the repository; `quoted` selects switches that the page quotes."""
+"""Arguments: `keep` writes results into the repository; `quoted` selects the switches that the page quotes."""
 
 QUIET = ("figure.picture=false", "figure.recording=false")
 

@@ -85,7 +85,7 @@ def _qualisys(data: bytes, where: str) -> dict[str, np.ndarray]:
 
 
 def _markers(data: bytes, where: str) -> dict[str, np.ndarray]:
-    """Return names, positions and rate from MoCap Toolbox structs or from a matrix (T, 3), (3, T), (4, T) per marker."""
+    """Return names, positions and rate from MoCap Toolbox structs, or from matrices of single markers."""
     variables = _variables(data, where)
     structs = {
         name: value[0]

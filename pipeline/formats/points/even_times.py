@@ -21,7 +21,7 @@ MAX_STEPS = 10_000
 MAX_SPACING = 8
 """Largest distance, in rows, between two rows whose time difference contributes to the estimated frame rate."""
 MAX_ROW_FRAMES = 10
-"""Median number of frames between uneven rows above which the declared frame rate is rejected."""
+"""Median number of frames between unevenly timed rows above which the declared frame rate is rejected."""
 RATE_TOLERANCE = 0.01
 """Largest accepted relative difference between the frame rate computed from times and the declared frame rate."""
 
