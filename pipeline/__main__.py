@@ -8,7 +8,7 @@ import sys
 
 
 def _leave(*_: object) -> None:
-    """Exit at once, because no work has begun yet."""
+    """Exit on Ctrl-C at once, because no work has begun yet."""
     os.write(2, b"interrupted before the work began\n")
     os._exit(130)
 

@@ -1,4 +1,4 @@
-"""Functions of the library: read recordings, represent walks, learn eigenwalkers, complete views, synthesise motion."""
+"""Functions of the library: read recordings, represent walks, learn eigenwalkers, reconstruct and synthesise motion."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
 SAME_WALK_MM = 1e-3
-"""Difference of Fourier coefficients below which two walks are treated as the same walk."""
+"""Difference, mm, of Fourier coefficients below which two walks are treated as the same walk."""
 _MAX_SIZE_RATIO = 5.0
 """Maximum ratio of the sizes of two people; a larger ratio indicates different units of length."""
 
@@ -146,7 +146,7 @@ def fit(walks: Sequence[FourierRepresentation], components: int = 30) -> Walkers
 
 
 def sample_of(walk: FourierRepresentation) -> np.ndarray:
-    """Return the coefficients of a walk as a sample (D,).
+    """Return the Fourier coefficients of a walk as a vector (D,).
 
     Raises InvalidInput if `walk` is not a result of `represent`.
     """
@@ -163,7 +163,10 @@ def require_other(model: WalkersModel, walk: FourierRepresentation) -> None:
     sample = sample_of(walk)
     if (abs(model.samples - sample).max(axis=1) < SAME_WALK_MM).any():
         raise InvalidInput(
-            "must be learnt from other walks", "model", received="this walk among them", code="same_walk"
+            "must be learnt from walks other than the given walk",
+            "model",
+            received="a model learnt from this walk",
+            code="same_walk",
         )
 
 
@@ -199,7 +202,9 @@ def from_view(
         require_choice("hidden", joint, WALKER15.joints)
     visible = np.array([joint not in hidden for joint in WALKER15.joints])
     if not visible.any():
-        raise InvalidInput("must leave a visible joint", "hidden", received="all joints", code="nothing_seen")
+        raise InvalidInput(
+            "must leave at least one joint visible", "hidden", received="all joints", code="nothing_seen"
+        )
     require_range("noise_variance_mm2", noise_variance_mm2, above=0)
     if not isinstance(model, LinearModel):
         raise InvalidInput(

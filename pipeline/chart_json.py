@@ -90,7 +90,7 @@ def from_json(plain: Mapping[str, Any], where: str = "") -> Chart:
 
 
 def _restored(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the fields of lines, with mappings and styles restored from their JSON form."""
+    """Return the fields of a chart's lines, with mappings and styles restored from their JSON form."""
     restored = dict(values)
     if "where" in restored:
         restored["where"] = dict(restored["where"])

@@ -1,4 +1,4 @@
-"""Limits of a chart's axes, in pictures and on the page; they include every value and every end of an interval."""
+"""Limits of the axes of charts, in pictures and on the page; they include every value and every end of an interval."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from pipeline.charts import Chart, Line, Sheet, lines_of
 
 _MARGIN, _POINT_MARGIN = 0.05, 0.03
-"""Margins as fractions of the data's range: of an ordinate, and of an abscissa with points."""
+"""Margins of an ordinate, and of an abscissa with points, as fractions of the range of the data."""
 
 
 def ordinate_limits(panels: Sequence[tuple[Chart, Sequence[Line]]]) -> tuple[float, float]:

@@ -182,7 +182,7 @@ UNITS = {
     "_s": "s",
     "_frames": "frames",
 }
-"""Unit of a column by the ending of its name."""
+"""Unit of a table column by the ending of the column's name."""
 
 
 def _axis(label: str, unit: str, column: str) -> str:
@@ -219,7 +219,7 @@ class Sheet:
     panel_size: tuple[float, float] | None = None
 
     def with_published(self, number: Callable[[str], float], shown: bool = True) -> Sheet:
-        """Return the sheet with published values in place of claims' names; if not `shown`, without the references."""
+        """Return the sheet with published values in place of claims' names; if not `shown`, without references."""
 
         def resolved(reference: Reference) -> Reference:
             values = {"x": reference.x, "y": reference.y, "percent": reference.percent}
@@ -277,7 +277,7 @@ def lines_of(chart: Chart, tables: Mapping[str, Any]) -> list[Line]:
         table = tables.get(lines.table) if isinstance(lines.table, str) else lines.table
         if table is None:
             raise InvalidInput(
-                "the figure has no such table", lines.table, ", ".join(tables), code="no_table"
+                "the figure has no table of this name", lines.table, ", ".join(tables), code="no_table"
             )
         drawn += _lines(chart, lines, table, len(drawn))
     if (
@@ -340,7 +340,7 @@ def _lines(chart: Chart, lines: Lines, table: Any, number: int) -> list[Line]:
 
 
 def _known(ends: Ends | None, rows: np.ndarray) -> Ends | None:
-    """Return the ends of the intervals in some rows; both ends are NaN if either is unknown.
+    """Return the ends of the intervals in selected rows of a table; both ends are NaN if either end is unknown.
 
     Returns None if no interval has both ends.
     """
@@ -348,13 +348,15 @@ def _known(ends: Ends | None, rows: np.ndarray) -> Ends | None:
         return None
     low, high = (end[rows] for end in ends)
     if (low > high).any():
-        raise InvalidInput("the ends of an interval are swapped", expected="low ≤ high", code="swapped_ends")
+        raise InvalidInput(
+            "the low end of an interval is above its high end", expected="low ≤ high", code="swapped_ends"
+        )
     finite = np.isfinite(low) & np.isfinite(high)
     return (np.where(finite, low, np.nan), np.where(finite, high, np.nan)) if finite.any() else None
 
 
 def on_timeline(timeline: str, values: np.ndarray) -> np.ndarray:
-    """Return the positions (N,) on a timeline of abscissa values, as whole numbers except for ``time``.
+    """Return positions (N,) of abscissa values on a recording's timeline, rounded to whole numbers except for ``time``.
 
     Examples
     --------

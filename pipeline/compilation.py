@@ -20,7 +20,8 @@ from pipeline.locks import exclusive
 _NUMBA = "numba (extra `papers`), which is not installed: pip install 'gait-pipeline[papers]', in a clone make install"
 
 _COMPILING: set[Path] = set()
-"""Cache folders that this process has locked; compiling a loop also compiles the loops that it calls."""
+"""Cache folders that this process has locked, because compiling a loop also compiles the loops that it calls.
+"""
 
 _ONE_THREAD = RLock()
 
@@ -34,7 +35,7 @@ class CompiledLoop:
         self._dispatcher: Any = None
 
     def dispatcher(self) -> Any:
-        """Return the loop's numba dispatcher; also replaces the module's other loops, since loops call each other."""
+        """Return the loop's numba dispatcher; replace the module's other loops too, since loops call each other."""
         with _ONE_THREAD:
             if self._dispatcher is None:
                 self._dispatcher = _compiled(self._loop, **self._options)

@@ -17,7 +17,7 @@ except ImportError:  # Windows: processes do not wait, and the first of two resu
 def exclusive(
     path: Path, waiting: Callable[[], AbstractContextManager[None]] = nullcontext
 ) -> Iterator[None]:
-    """Hold an exclusive lock during the ``with`` block.
+    """Hold an exclusive lock between processes during the ``with`` block.
 
     The lock file exists only while a process holds the lock or waits for it.
 
@@ -72,7 +72,7 @@ def remove_unheld(folder: Path, pattern: str) -> None:
 
 
 def _is_file_of(descriptor: int, path: Path) -> bool:
-    """Return True if an open file is still the file at a path."""
+    """Return True if the file at a path is still the file that was opened."""
     try:
         return os.path.samestat(os.fstat(descriptor), path.stat())
     except FileNotFoundError:

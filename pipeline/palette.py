@@ -40,7 +40,7 @@ ROLES = {
     "in_doubt": "amber",
     "undecided": "orange",
 }
-"""Colour name for each role."""
+"""Name of the colour for each role of a series, such as a method."""
 
 CONFIDENCES = {"green": "decided", "amber": "in_doubt", "red": "undecided"}
 """Role for each confidence in the reconstruction of a limb.

@@ -33,7 +33,7 @@ MAX_FILE_BYTES = 1_000_000
 
 @dataclass(frozen=True, kw_only=True)
 class Page:
-    """Additions of a plug-in to the page over all figures.
+    """Additions of a plug-in to the HTML page that shows all figures.
 
     Attributes
     ----------
@@ -109,7 +109,7 @@ class Loaded:
 
 
 def _invalid(*arguments: Any, **options: Any) -> Exception:
-    """Return an InvalidInput; its module imports numpy and is therefore only loaded for an error."""
+    """Return an InvalidInput, whose module is imported only when an error occurs, because it imports numpy."""
     from pipeline.validation import InvalidInput
 
     return InvalidInput(*arguments, **options)
@@ -120,7 +120,7 @@ _files: dict[str, Loaded] = {}
 
 
 def _entry_points() -> list[metadata.EntryPoint]:
-    """Return the entry points of other distributions, and of the project in the folder of this package."""
+    """Return the entry points of other installed packages, and of the project in the folder of this package."""
     points = list(metadata.entry_points(group=GROUP))
     if (content := project()) is None:
         return points
@@ -323,7 +323,7 @@ def contributions(kind: str) -> list[tuple[Loaded, Any]]:
 
 
 def pages() -> list[Page]:
-    """Return the additions of all loaded plug-ins to the page over all figures."""
+    """Return the additions of all loaded plug-ins to the HTML page that shows all figures."""
     return [each.plugin.page for each in loaded() if each.plugin.page]
 
 
@@ -366,7 +366,10 @@ def conf_files(group: str) -> dict[str, Path]:
         for path in (folder / group).glob("*.yaml"):
             if path.stem in files:
                 raise _invalid(
-                    "another file has the same name", path, received=files[path.stem], code="duplicate_name"
+                    "two folders of options have a file of this name",
+                    path,
+                    received=files[path.stem],
+                    code="duplicate_name",
                 )
             files[path.stem] = path
     return dict(sorted(files.items()))

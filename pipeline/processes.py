@@ -40,7 +40,7 @@ _LIBRARY: Any = ctypes.CDLL(None) if CAN_FORK else None
 
 
 class _Share:
-    """State of this process in the sharing of cores.
+    """State of this process for the sharing of cores with other processes.
 
     Attributes
     ----------
@@ -89,12 +89,12 @@ def processes_for(workers: int) -> int:
 
 
 def share_cores(spare: Semaphore, not_returned: int = 0) -> None:
-    """Set the semaphore of spare cores from which this process starts helpers, and the number of cores it owes."""
+    """Set the semaphore of spare cores for this process's helpers, and the number of cores that it must give back."""
     _Share.spare, _Share.not_returned = spare, not_returned
 
 
 def cores_not_returned() -> int:
-    """Return the number of cores that this process lent to others and used again before their return."""
+    """Return the number of cores that this process must still give back to other processes."""
     return _Share.not_returned
 
 
@@ -114,7 +114,7 @@ def core_lent() -> Iterator[None]:
 
 
 def _take_core() -> bool:
-    """Take a spare core if there is one; return True if a helper may start."""
+    """Take a spare core if one is available; return True if a helper process may start."""
     spare = _Share.spare
     if spare is None:
         return True
@@ -182,7 +182,7 @@ def map_processes(function: Callable[[Item], Result], items: Iterable[Item], wor
 def _spread(
     function: Callable[[Item], Result], blocks: Sequence[Sequence[Item]], most: int
 ) -> list[list[Result]]:
-    """Return the results of each block, computed by this process and at most `most` helpers."""
+    """Return the results of each block of items, computed by this process and at most `most` helper processes."""
     queue, filling = os.pipe()
     os.write(filling, b"".join(number.to_bytes(4, "little") for number in range(len(blocks))))
     os.close(filling)
@@ -220,7 +220,7 @@ def _block_numbers(queue: int) -> Iterator[int]:
 def _attempt(
     function: Callable, blocks: Sequence[Sequence], number: int, queue: int, results: dict[int, Any]
 ) -> None:
-    """Add the results of a block, or its error, to `results`; an error empties the queue."""
+    """Add the results of a block of items, or its error, to `results`; an error empties the queue."""
     try:
         results[number] = [function(item) for item in blocks[number]]
     except Exception as error:
@@ -255,7 +255,7 @@ class _Helper:
         sender.close()
 
     def results(self) -> dict[int, Any]:
-        """Return the helper's results after it has ended; empty if it was killed or could not send them."""
+        """Return the results of a helper process; empty if the process was killed or could not send them."""
         try:
             return dict(self._receiver.recv())
         except (EOFError, OSError):

@@ -51,7 +51,7 @@ _FAULTS: tuple[tuple[tuple[type[Exception], ...], str], ...] = (
     ((TypeError,), "a value has another type than expected"),
     ((SyntaxError, tokenize.TokenError), "the header of an array is damaged"),
 )
-"""Description of the fault of a file by the type of error that it raises; special types precede general ones."""
+"""Descriptions of a file's fault by the type of the error in reading it; special types precede general ones."""
 _TRUNCATED = re.compile(
     r"negative seek|cannot reshape|buffer|not enough|EOF|unpack|truncat|read length|Expected \d+ bytes"
 )
@@ -175,7 +175,7 @@ def unpacked(
 
 @contextmanager
 def as_written(where: object) -> Iterator[None]:
-    """Convert an error in the ``with`` block to InvalidInput.
+    """Convert errors in the ``with`` block, which reads files of this package, to InvalidInput.
 
     The block uses files of this package, so an error means that another version wrote the files.
     """

@@ -18,7 +18,7 @@ from typing import Any
 PACKAGE = Path(__file__).resolve().parent
 
 NAME = "gait-pipeline"
-"""Name of this package as a distribution."""
+"""Name under which this package is distributed."""
 
 
 def _folder(name: str) -> Path:
@@ -52,7 +52,7 @@ _DISTRIBUTIONS = {
     "cv2": "opencv-python-headless", "ai_edge_litert": "ai-edge-litert", "PIL": "pillow", "hydra": "hydra-core",
     "rerun": "rerun-sdk", "yaml": "pyyaml", "dask_jobqueue": "dask-jobqueue",
 }  # fmt: skip
-"""Name of a package for pip, by the name of its module, if the two names differ."""
+"""Name of a package for pip, by the name of the package's module, if these names differ."""
 
 _TARGETS = {"papers": "make install", "video": "make video", "cluster": "make cluster"}
 """Command that installs an extra into the folder ``.venv`` of a clone."""

@@ -15,7 +15,7 @@ from pipeline.validation import InvalidInput
 
 @dataclass(frozen=True, kw_only=True)
 class View:
-    """View in a recording: title, path of the entity at the origin, and entities shown (by default, all below it)."""
+    """View in a rerun recording: title, path of the origin, and entities shown (by default, all below the origin)."""
 
     name: str
     origin: str
@@ -84,7 +84,7 @@ class Notes(View):
 
 
 class Split:
-    """Arrangement of views and of further arrangements: base class of `Columns`, `Rows` and `Tabs`.
+    """Arrangement of views or of nested arrangements: base class of `Columns`, `Rows` and `Tabs`.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ class Split:
     def __init__(self, *parts: View | Split, shares: Sequence[float] | None = None) -> None:
         if shares is not None and len(shares) != len(parts):
             raise InvalidInput(
-                "the number of shares differs from the number of parts",
+                "the number of shares of the space differs from the number of views",
                 expected=len(parts),
                 received=len(shares),
                 code="other_length",
@@ -105,15 +105,15 @@ class Split:
 
 
 class Columns(Split):
-    """Arrangement of parts from left to right."""
+    """Arrangement of views from left to right."""
 
 
 class Rows(Split):
-    """Arrangement of parts from top to bottom."""
+    """Arrangement of views from top to bottom."""
 
 
 class Tabs(Split):
-    """Arrangement of parts in tabs; at the start, the first tab is open."""
+    """Arrangement of views in tabs; at the start, the first tab is open."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -131,7 +131,7 @@ class PostureRow:
 
 @dataclass(frozen=True, kw_only=True)
 class SkeletonRow:
-    """Row of skeletons: a central posture, followed by others that are each drawn over it.
+    """Row of skeletons: a central posture, followed by postures that are each drawn over the central one.
 
     All are in mm; the second coordinate points up.
 

@@ -1,4 +1,4 @@
-"""Frozen dataclasses for results: the representation shows arrays by shape, and equality is identity."""
+"""Frozen dataclasses for results: the representation shows arrays by shape, and only identical objects are equal."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any, TypeVar, dataclass_transform
 Kind = TypeVar("Kind")
 
 _MAX_SHOWN = 60
-"""Maximum number of characters of a value in a representation."""
+"""Maximum number of characters of a value in the representation of a dataclass."""
 
 
 @dataclass_transform(frozen_default=True, field_specifiers=(field,))

@@ -34,7 +34,7 @@ def column(table: Table, name: str) -> np.ndarray:
         If the table has no such column.
     """
     if name not in table:
-        raise InvalidInput("the table has no such column", name, code="no_column")
+        raise InvalidInput("the table has no column of this name", name, code="no_column")
     return np.asarray(table[name])
 
 
@@ -98,7 +98,9 @@ def groups(
         labels = column(table, by).astype(float).astype(str)  # a file writes 30 for 30.0
     lengths = {len(values) for values in (*values_by_column.values(), labels)}
     if len(lengths) > 1:
-        raise InvalidInput("the columns differ in length", ", ".join(columns), code="other_length")
+        raise InvalidInput(
+            "the columns of the table differ in length", ", ".join(columns), code="other_length"
+        )
     selected = rows_where(table, where or {}, len(labels))
     order = (keys if by else []) or list(dict.fromkeys(labels[selected].tolist()))
     selected &= np.isin(labels, order)

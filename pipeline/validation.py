@@ -36,7 +36,7 @@ Value = TypeVar("Value")
 
 
 _MAX_QUOTE, _MAX_SENTENCE, _MAX_NAME = 300, 3000, 120
-"""Maximum number of characters of a quotation from a file or user, of a message, and of a name in a message."""
+"""Maximum numbers of characters: of a quotation in a message, of a message, and of a name in a message."""
 
 
 def _short(text: str, longest: int = _MAX_QUOTE) -> str:
@@ -87,8 +87,8 @@ class InvalidInput(ValueError):
     a.trc: the rate is not positive (expected hertz > 0, found -1)
     >>> print(InvalidInput("must be at least 1", where="sweep.trials", received="0"))
     sweep.trials must be at least 1 (got 0)
-    >>> print(InvalidInput("there is no such option", "sweep.trails", received="5", typed=True))
-    sweep.trails: there is no such option (got 5)
+    >>> print(InvalidInput("this option does not exist", "sweep.trails", received="5", typed=True))
+    sweep.trails: this option does not exist (got 5)
     """
 
     def __init__(

@@ -1,1 +1,1 @@
-"""Command line: options, figures, other commands, progress and summary."""
+"""Command line of the package: commands, their options, and the progress and results that they print."""

@@ -1,4 +1,4 @@
-"""Read the BioMotion Lab's average walkers as command input, and write walks in the laboratory's format."""
+"""Return average walkers of the BioMotion Lab for commands, and write walks in the laboratory's ``mm`` format."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pipeline.validation import InvalidInput
 
 
 def author_walk(**values: float) -> Walk:
-    """Return the laboratory's average walker, or a walker with the given values on its attribute axes.
+    """Return the BioMotion Lab's average walker, or a walker with the given values on its attribute axes (mood, …).
 
     The walker's name states source and terms.
 
@@ -38,7 +38,7 @@ def author_walk(**values: float) -> Walk:
 
 
 def write_mm(path: Path, walk: Walk, speed_mm_s: float) -> None:
-    """Write a walk as an ``mm`` file, relative to its mean pelvis position.
+    """Write a walk, relative to its mean pelvis position, as an ``mm`` file of the BioMotion Lab.
 
     At time zero, the left ankle is in front.
 
@@ -49,7 +49,12 @@ def write_mm(path: Path, walk: Walk, speed_mm_s: float) -> None:
     """
     if len(walk.coefficients) != 5:
         harmonics = len(walk.coefficients) // 2
-        raise InvalidInput("must be 2 for an mm file", "harmonics", received=harmonics, code="two_harmonics")
+        raise InvalidInput(
+            "must be 2, because an mm file stores two harmonics",
+            "harmonics",
+            received=harmonics,
+            code="two_harmonics",
+        )
     later = fourier.shift(walk.coefficients, -np.pi / 2)
     coefficients = fourier_walks.from_world(later)
     period = fourier_walks.RATE_HZ / walk.stride_hz

@@ -1,4 +1,4 @@
-"""Commands for the figures of a data set and for recordings."""
+"""Commands that work on the figures of a data set, or on recordings."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from pipeline.validation import InvalidInput, require_choice
 
 
 def figures_for(arguments: Sequence[str], among: Sequence[str] = ()) -> tuple[Experiment, list[str]]:
-    """Return the first experiment on a data set, and the names of all figures for which the data set has clips.
+    """Return the first figure's configuration, and the names of the figures for which the data set has suitable clips.
 
     Parameters
     ----------
@@ -43,7 +43,9 @@ def figures_for(arguments: Sequence[str], among: Sequence[str] = ()) -> tuple[Ex
     """
     if split_named(arguments)[0]:
         raise InvalidInput(
-            "this command works on all figures: leave out experiment=", "experiment", code="for_all_figures"
+            "this command works on all figures: call it without experiment=",
+            "experiment",
+            code="for_all_figures",
         )
     experiments = compose_figures(among, arguments)
     return experiments[0], [
@@ -63,7 +65,12 @@ def fetch(arguments: Sequence[str]) -> int:
     only = [item for item in arguments if "=" not in item]
     data = compose(["experiment=zhang2007_fig2", "data=optical", *options]).data
     if not isinstance(data, RecordedData):
-        raise InvalidInput("must be optical, cmu or hdm05", "data", received=data.name, code="not_recorded")
+        raise InvalidInput(
+            "must be a data set that can be downloaded: optical, cmu or hdm05",
+            "data",
+            received=data.name,
+            code="not_recorded",
+        )
     out = open_console()
     with Progress(
         TextColumn("{task.description}"),
@@ -96,14 +103,14 @@ def fetch(arguments: Sequence[str]) -> int:
 
 
 def report(arguments: Sequence[str]) -> int:
-    """Judge the claims again, and write the page over all figures of a data set."""
+    """Judge the claims on the figures of a data set again, and write the HTML page with all these figures."""
     experiment, figures = figures_for(arguments)
     open_console().print(make_page(experiment.published_in, experiment.data.name, figures), soft_wrap=True)
     return 0
 
 
 def make_page(folder: Path, data_name: str, figures: Sequence[str]) -> str:
-    """Write ``claims.csv`` and ``index.html`` in ``results/<data>/<scale>``; return the path of the page as text."""
+    """Write ``claims.csv`` and ``index.html`` in the folder of the figures; return the page's path and size as text."""
     from pipeline.report.document import write_page
 
     if folder.is_dir():
@@ -153,7 +160,7 @@ FILLED_PAGES: Mapping[str, tuple[str, ...]] = {
     "docs/figures.md": ("figures",),
     "docs/results.md": ("headline",),
 }
-"""Pages that state durations of commands, and for each page the tables that `readme` fills."""
+"""Pages of the documentation that state durations of commands, each with the names of its generated tables."""
 
 
 def readme(arguments: Sequence[str]) -> int:
@@ -210,13 +217,13 @@ def view(arguments: Sequence[str]) -> int:
         path = experiment.published_in / name / "recording.rrd"
         first = f": run `make {name} DATA={experiment.data.name} SCALE={experiment.scale.name}` first"
     if not path.is_file():
-        raise InvalidInput(f"the recording does not exist{first}", path, code="no_recording")
+        raise InvalidInput(f"the recording file does not exist{first}", path, code="no_recording")
     if sys.platform.startswith("linux") and not (
         os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
     ):
         raise InvalidInput(
-            "the viewer needs a screen: start it in a desktop session, or use a browser (`make report` writes a page"
-            f" with players; `.venv/bin/rerun --serve-web --bind 127.0.0.1 {path}` prints an address for it)",
+            "the viewer needs a screen. Start it in a desktop session, or use a browser: `make report` writes a page"
+            f" with players, and `.venv/bin/rerun --serve-web --bind 127.0.0.1 {path}` prints an address",
             path,
             code="no_screen",
         )
@@ -226,7 +233,7 @@ def view(arguments: Sequence[str]) -> int:
 
 
 def keep(arguments: Sequence[str]) -> int:
-    """Archive full-scale results in results/archive; they must come from the sources of this commit.
+    """Archive full-scale results in results/archive; the results must come from the sources of this commit.
 
     ``light=1`` writes the small archive of the repository.  ``only=FIGURE`` archives one figure.  ``name=NAME``
     archives a run with changed options: the latest in results/scratch, or ``run=FOLDER``.
@@ -284,7 +291,7 @@ def keep(arguments: Sequence[str]) -> int:
 
 
 def _current(figures: Sequence[str], folder: Path, arguments: Sequence[str], *, commit: str) -> list[str]:
-    """Return the figures made at another commit that the present sources would reproduce unchanged.
+    """Return the names of figures that another commit computed and that the present sources would reproduce unchanged.
 
     This happens because `make readme` is committed before results are archived.
     """
@@ -303,8 +310,8 @@ def _current(figures: Sequence[str], folder: Path, arguments: Sequence[str], *, 
 
 
 def _latest_run(scratch: Path) -> Path:
-    """Return the folder of the latest run with changed options."""
+    """Return the folder of the latest run in ``results/scratch``, where runs with changed options are stored."""
     runs = [path for path in visible(scratch, "*") if path.is_dir()]
     if not runs:
-        raise InvalidInput("the folder has no run with changed options", scratch, code="no_run")
+        raise InvalidInput("the scratch folder has no run with changed options", scratch, code="no_run")
     return runs[-1]

@@ -37,23 +37,23 @@ def compose(overrides: Sequence[str]) -> Experiment:
 
 
 def compose_figures(names: Sequence[str], common: Sequence[str]) -> list[Experiment]:
-    """Return the experiments of several figures with the same overrides; by default of all, in the papers' order."""
+    """Return the experiments of the named figures (by default of all figures), all with the same overrides."""
     return [compose([*common, f"experiment={name}"]) for name in names or built_figures()]
 
 
 def built_figures() -> list[str]:
-    """Return the names of the existing presets, in the papers' order."""
+    """Return the names of all presets of figures, in the order of the papers."""
     existing = presets()
     every = (name for paper in all_papers().values() for name in (*paper.figures, *paper.beyond))
     return [name for name in dict.fromkeys([*every, *existing]) if name in existing]
 
 
 _NOT_APPLICABLE = ("no_clips_of_this_kind", "truth_not_known", "not_fetched")
-"""Codes of errors that mean that a data set lacks suitable clips or a file."""
+"""Codes of the errors that mean that a data set lacks suitable clips, or a file, for a figure."""
 
 
 def reason_without_clips(experiment: Experiment) -> str:
-    """Return the reason why a data set lacks the clips or a file of an experiment; empty if it lacks nothing."""
+    """Return the reason why the data set lacks clips or a file for an experiment; empty if nothing is missing."""
     try:
         experiment.validate()
     except InvalidInput as error:
@@ -63,7 +63,7 @@ def reason_without_clips(experiment: Experiment) -> str:
 
 
 def order(experiment: Experiment) -> list[Any]:
-    """Return the key by which figures are sorted.
+    """Return the sort key of a figure: its subject, its origin (a paper or this project), its paper, and its cost.
 
     Figures are sorted by subject; within a subject the papers' figures precede our own; then by paper and cost.
     """
@@ -74,7 +74,7 @@ def order(experiment: Experiment) -> list[Any]:
 
 
 def _whole(value: Any, hint: Any = Experiment) -> Any:
-    """Return options built from their canonical form, which may contain names of an earlier version."""
+    """Return options built from their canonical JSON form, which may contain option names of an earlier version."""
     if isinstance(value, list):
         return [_whole(item, hint) for item in value]
     if not isinstance(value, dict):
@@ -139,7 +139,7 @@ def _classes_with(_: object) -> dict[type[Any], dict[str, Any]]:
 
 
 def on_this_machine(experiment: Experiment) -> Experiment:
-    """Return an experiment adapted to this machine, after checking its names.
+    """Return an experiment adapted to this machine, after validation of its paper, skeleton mapping and folder names.
 
     The number of processes is at most the number of cores.
     """
@@ -152,7 +152,7 @@ def on_this_machine(experiment: Experiment) -> Experiment:
             data.name = "folder_" + re.sub(r"[^\w.-]+", "_", Path(data.path).resolve().name)
         elif data.name != "folder" and data.name in plugins.conf_files("data"):
             raise InvalidInput(
-                "must not be that of another data set",
+                "must not be the name of another data set",
                 "data.name",
                 received=data.name,
                 code="name_of_other_data",
@@ -162,7 +162,9 @@ def on_this_machine(experiment: Experiment) -> Experiment:
         "~"
     ):  # which a shell leaves in an option
         received = experiment.results.strip() or "nothing"
-        raise InvalidInput("must name a folder", "results", received=received, code="no_folder_named")
+        raise InvalidInput(
+            "must name a folder for the results", "results", received=received, code="no_folder_named"
+        )
     # These three names form the path of the figure's folder.
     require_name("name", experiment.name)
     require_name("data.name", data.name)

@@ -41,14 +41,14 @@ from pipeline.studies.experiment import Experiment, Scale
 from pipeline.validation import InvalidInput, require_choice
 
 _BY_SCALE = "by_scale"
-"""Name of the OmegaConf resolver for options with a separate value for each scale."""
+"""Name of the OmegaConf resolver for options that have a separate value for each ``scale=``."""
 
 
 class _PluginFolders(SearchPathPlugin):
-    """Hydra plug-in that adds the folders of options of this package's plug-ins."""
+    """Hydra plug-in that adds the option folders of this package's plug-ins to Hydra's search path."""
 
     def manipulate_search_path(self, search_path: ConfigSearchPath) -> None:
-        """Append the folders to Hydra's search path."""
+        """Append the option folders of plug-ins to Hydra's search path."""
         for folder in plugins.conf_folders()[1:]:
             search_path.append("plug-in", f"file://{folder}")
 
@@ -78,7 +78,7 @@ def _register(_: object) -> None:
 
 
 def _schema(option: type[Any]) -> Any:
-    """Return the OmegaConf structure of an option class; values that depend on the scale are interpolations."""
+    """Return an option class as an OmegaConf structure, with interpolations for values that depend on ``scale=``."""
     schema = OmegaConf.structured(option)
     for field in fields(option):
         if sizes := field.metadata.get("scale"):
@@ -89,7 +89,7 @@ def _schema(option: type[Any]) -> Any:
 
 
 def _interpolation(size: str | float | Mapping[str, float]) -> str | float:
-    """Return the value of an option that depends on the scale: a number, or an OmegaConf interpolation."""
+    """Return the value of an option that depends on ``scale=``: a number, or an OmegaConf interpolation."""
     if isinstance(size, Mapping):
         sizes = ",".join(f"{scale}:{value}" for scale, value in size.items())
         return f"${{{_BY_SCALE}:${{scale.name}},{{{sizes}}}}}"
@@ -97,10 +97,10 @@ def _interpolation(size: str | float | Mapping[str, float]) -> str | float:
 
 
 def _by_scale(scale: str, sizes: Mapping[str, float]) -> float:
-    """Return the value of an option at a scale; raise InvalidInput if the option has no value for the scale."""
+    """Return an option's value at a scale such as ``full``; raise InvalidInput if the option has no value there."""
     if scale not in sizes:
         raise InvalidInput(
-            "must be set, since it has no default at this scale",
+            "must be set, because this option has no default at this scale",
             expected=f"scale={'|'.join(sizes)}",
             received=scale,
             code="no_size",
@@ -112,7 +112,7 @@ OmegaConf.register_new_resolver(_BY_SCALE, _by_scale, replace=True)
 
 
 def with_plugins(overrides: Sequence[str]) -> list[str]:
-    """Load the plug-in files named in the overrides; return the overrides with those files merged into one list."""
+    """Load the plug-in files named in overrides; return the overrides with these files in one ``plugins=`` list."""
     files = plugins.named_files(overrides)
     plugins.load_files(files)
     others = [item for item in overrides if not item.startswith("plugins=")]
@@ -158,7 +158,7 @@ def _typed(composed: Any, overrides: Sequence[str]) -> Experiment:
             code="no_experiment",
         )
     if missing:
-        raise InvalidInput("a value is missing", ", ".join(sorted(missing)), code="missing_value")
+        raise InvalidInput("a required option has no value", ", ".join(sorted(missing)), code="missing_value")
     OmegaConf.resolve(composed)
     experiment: Experiment = OmegaConf.to_object(composed)  # type: ignore[assignment]
     _reject_additions(experiment, "")
@@ -175,7 +175,7 @@ def _typed(composed: Any, overrides: Sequence[str]) -> Experiment:
     if files and experiment.name not in files and not any(item.startswith("name=") for item in overrides):
         where = f"conf/experiment/{files[-1]}.yaml, name"
         raise InvalidInput(
-            "must equal the name of the file",
+            "must equal the name of the preset's file",
             where,
             files[-1],
             experiment.name,
@@ -186,7 +186,7 @@ def _typed(composed: Any, overrides: Sequence[str]) -> Experiment:
 
 
 def _reject_additions(options: Any, path: str) -> None:
-    """Raise InvalidInput for keys that a user added with ``+key=value``, because no stage would read them."""
+    """Raise InvalidInput for an option that a user added with ``+key=value``, because no stage would read it."""
     if not is_dataclass(options):
         return
     names = [field.name for field in fields(options)]
@@ -197,15 +197,15 @@ def _reject_additions(options: Any, path: str) -> None:
 
 
 def _unknown_option(kind: type[Any], key: str) -> InvalidInput:
-    """Return the error for a key, with its full path, that is not an option of a class."""
+    """Return the error for the full key of an option that its option class does not contain."""
     names = [field.name for field in fields(kind)]
     expected = "one of " + ", ".join(names) if names else "no option (this group is empty)"
-    unknown = InvalidInput("there is no such option", key, expected, code="unknown_option")
+    unknown = InvalidInput("this option does not exist", key, expected, code="unknown_option")
     return earlier_names().option_rejection(kind, key) or unknown
 
 
 def in_words(error: Exception) -> Exception:
-    """Return the InvalidInput, with the full key, for an error of Hydra or OmegaConf."""
+    """Return an error of Hydra or OmegaConf as an InvalidInput that states the full key of the option."""
     if isinstance(error, MissingConfigException) and error.missing_cfg_file:
         group, _, name = error.missing_cfg_file.partition("/")
         if rejection := earlier_names().rejection(group, name):
@@ -216,11 +216,11 @@ def in_words(error: Exception) -> Exception:
         if group == "hydra/launcher":
             options += "; joblib needs the extra `cluster`"
         return InvalidInput(
-            "there is no such option", group, options, name, code="unknown_option", typed=True
+            "there is no choice of this name", group, options, name, code="unknown_option", typed=True
         )
     if isinstance(error, OverrideParseException):
         return InvalidInput(
-            "this is not an override",
+            "this argument is not an override",
             expected="option=value",
             received=repr(error.override or error.message),
             code="not_an_override",

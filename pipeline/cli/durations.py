@@ -12,7 +12,7 @@ from pipeline.reading import fault_of
 from pipeline.validation import InvalidInput, require_range
 
 _LINE = re.compile(r"^(make [^#\n]*?)( +#[^\n]*?)\(about [^()\n]*\)", re.MULTILINE)
-"""Pattern of a line in a block of commands: command, comment, and duration in brackets."""
+"""Pattern of a ``make`` command in a page, with a comment that ends with the command's duration in brackets."""
 
 
 def in_words(seconds: float) -> str:
@@ -30,7 +30,7 @@ def in_words(seconds: float) -> str:
 
 
 def insert_durations(text: str, durations_s: Mapping[str, float]) -> str:
-    """Return a page in which the measured duration of each command replaces ``(about …)``.
+    """Return a Markdown page in which each ``(about …)`` contains the measured duration of its command.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def insert_durations(text: str, durations_s: Mapping[str, float]) -> str:
         command = match[1].strip()
         if command not in durations_s:
             raise InvalidInput(
-                "the duration of a command is not measured",
+                "the table lacks the duration of a command that a page mentions",
                 "results/durations.csv",
                 expected=", ".join(durations_s),
                 received=command,
@@ -66,7 +66,7 @@ def insert_durations(text: str, durations_s: Mapping[str, float]) -> str:
 
 
 def durations(rows: Sequence[Mapping[str, str]]) -> dict[str, float]:
-    """Return the duration, s, of each command from the rows of the table."""
+    """Return the duration, s, of each command from the rows of ``durations.csv``."""
     try:
         return {
             row["command"]: require_range(

@@ -1,4 +1,4 @@
-"""Names from earlier versions: for presets, options and columns, the current name or the reason for removal.
+"""Names of presets, options and columns in earlier versions, each with its current name or the reason for its removal.
 
 Each folder of options may have a table ``earlier_names.yaml``; the tables of plug-ins extend that of ``conf``.
 Archives of earlier versions are read with these tables.  If a user types an old name, the error states the new one.
@@ -18,10 +18,10 @@ from pipeline.storage.tables import Table
 from pipeline.validation import InvalidInput, require_choice
 
 TABLE = "earlier_names.yaml"
-"""File name of the table of earlier names in a folder of options."""
+"""Name of the file that lists earlier names in a folder of options."""
 
 TEXT = "str"
-"""Entry that replaces the name of a class of choices whose values are now plain text."""
+"""Entry that marks a former class of choices whose values are now plain text."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Change:
 
 @dataclass(frozen=True)
 class EarlierNames:
-    """Changes of names, each under the earlier name.
+    """Names that changed since earlier versions: each earlier name with its change.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class EarlierNames:
     columns: dict[str, Change] = field(default_factory=dict)
 
     def option(self, kind: type[Any], name: str) -> Change | None:
-        """Return the change of an option's name in a class or its base classes; None if it did not change."""
+        """Return the change of an option's name in a class or its base classes; None if the name did not change."""
         changes = (self.options.get(f"{base.__name__}.{name}") for base in kind.__mro__)
         return next((change for change in changes if change), None)
 
@@ -85,7 +85,7 @@ class EarlierNames:
         return _rejection(self.option(kind, name), key, name, above + dot)
 
     def todays_preset(self, name: str) -> Change:
-        """Return the change of a figure's preset: its current name, or the reason for its removal."""
+        """Return the change of a preset's name: the current name, or the reason why the preset was removed."""
         change = self.files.get(f"experiment/{name}", Change(now=name))
         return replace(change, now=change.now.rpartition("/")[2])
 
@@ -124,7 +124,7 @@ class EarlierNames:
         return options
 
     def alike(self, figure: str, table: str, kept: Table, made: Table) -> tuple[Table, Table]:
-        """Return the columns of an archived table and of a new table that can be compared, under current names.
+        """Return an archived and a new table with current column names, restricted to columns that can be compared.
 
         Columns that were removed, that were added since, or that contain sentences are left out.
         """
@@ -144,7 +144,7 @@ class EarlierNames:
 
 
 def earlier_names() -> EarlierNames:
-    """Return the changes of names from the tables in all folders of options.
+    """Return all changes of names, read from ``earlier_names.yaml`` in each folder of options.
 
     Raises
     ------
@@ -161,7 +161,11 @@ def _earlier_names(_: object) -> EarlierNames:
         for section, entries in read_mapping(path).items() if path.is_file() else ():
             require_choice(f"{path}: section", section, [part.name for part in fields(EarlierNames)])
             if not isinstance(entries, dict):
-                raise InvalidInput("the section is not a mapping", f"{path}: {section}", code="not_a_mapping")
+                raise InvalidInput(
+                    "the section of earlier names is not a mapping",
+                    f"{path}: {section}",
+                    code="not_a_mapping",
+                )
             getattr(names, section).update(
                 {str(name): _change(entry, f"{path}: {name}") for name, entry in entries.items()}
             )
@@ -169,7 +173,7 @@ def _earlier_names(_: object) -> EarlierNames:
 
 
 def _change(entry: Any, where: str) -> Change:
-    """Return the change of a name that an entry of a table describes."""
+    """Return the change of a name that an entry of ``earlier_names.yaml`` describes."""
     stated = {"now": entry} if isinstance(entry, str) else entry
     kinds = {part.name for part in fields(Change)} - {"was"}
     valid = (
@@ -182,7 +186,7 @@ def _change(entry: Any, where: str) -> Change:
     if not valid:
         expected = "a new name, {moved: full key}, {gone: reason}, {added: reason} or {text: reason}"
         raise InvalidInput(
-            "the change of a name is malformed", where, expected, repr(entry), code="not_understood"
+            "the entry of an earlier name is malformed", where, expected, repr(entry), code="not_understood"
         )
     return Change(**stated)
 
@@ -192,8 +196,18 @@ def _rejection(change: Change | None, where: str, name: str, above: str = "") ->
     if change is None:
         return None
     if new := change.moved or (change.now and above + change.now.rpartition("/")[2]):
-        return InvalidInput("this name was changed", where, new, name, code="renamed", typed=True, now=new)
-    return InvalidInput(f"no longer exists: {change.gone}", where, received=name, code="gone", typed=True)
+        return InvalidInput(
+            "this name has changed since an earlier version: use the new name",
+            where,
+            new,
+            name,
+            code="renamed",
+            typed=True,
+            now=new,
+        )
+    return InvalidInput(
+        f"this name no longer exists: {change.gone}", where, received=name, code="gone", typed=True
+    )
 
 
 def require_preset(name: str) -> str:

@@ -1,4 +1,4 @@
-"""Engines that make figures: processes of this machine, or the workers of a Dask cluster.
+"""Computation of figures by processes of this machine, or by the workers of a Dask cluster.
 
 On Dask each figure and each shared stage is a task.  In a task, `map_processes` sends blocks of items to all workers.
 A task whose worker was lost runs again and finds the finished stages.  No other module knows Dask.
@@ -46,7 +46,7 @@ _LOST = "too many workers were lost ({}); finished stages are kept, and the same
 
 
 class Launch(Options):
-    """Options of Dask clusters, ``launch.*``."""
+    """Options ``launch.*`` of Dask clusters."""
 
     scheduler: str = ""  # address of a running scheduler, with launch=dask; empty: workers on this machine
     queue: str = ""  # partition or queue; empty: the default of the batch system
@@ -65,7 +65,7 @@ class _Named(Options):
 
 
 def make(jobs: Jobs, arguments: Sequence[str], *, console: Console) -> list[str]:
-    """Make figures with the engine and options of ``launch``, and return the error messages.
+    """Make figures on this machine or on the cluster that ``launch=`` names, and return the error messages.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ def make(jobs: Jobs, arguments: Sequence[str], *, console: Console) -> list[str]
 
 @contextmanager
 def _client(name: str, options: Launch, folder: Path, workers: int, console: Console) -> Iterator[Any]:
-    """Yield a client of a running cluster, or of one that runs during the ``with`` block."""
+    """Yield a client of a running Dask cluster, or of a Dask cluster that runs during the ``with`` block."""
     import dask
     from distributed import Client, LocalCluster
 
@@ -127,14 +127,16 @@ def _client(name: str, options: Launch, folder: Path, workers: int, console: Con
         except (OSError, ValueError, RuntimeError, TypeError) as error:
             getattr(where, "_created", set()).clear()  # otherwise the end of the cluster fails too
             words, target = " ".join(str(error).rpartition("stderr:")[2].split()), options.scheduler or name
-            raise InvalidInput("cannot be used", target, received=words, code="no_cluster") from None
+            raise InvalidInput(
+                "the Dask cluster cannot be used", target, received=words, code="no_cluster"
+            ) from None
         if options.dashboard:
             console.print(f"dashboard (needs bokeh): {client.dashboard_link}")
         yield client
 
 
 def job_queue(name: str, options: Launch, folder: Path, stack: ExitStack, dashboard: str) -> Any:
-    """Return the cluster of a batch system, still without jobs; the certificates of the run end with `stack`."""
+    """Return the Dask cluster of a batch system, still without jobs; `stack` deletes its certificates at the end."""
     ctrl_c = signal.getsignal(signal.SIGINT)
     import dask_jobqueue  # which exits on Ctrl-C, with status 0
 
@@ -142,7 +144,12 @@ def job_queue(name: str, options: Launch, folder: Path, stack: ExitStack, dashbo
     (kind,) = (kind for kind in vars(dask_jobqueue) if kind.lower() == f"{name}cluster")
     logs, account = str(folder.resolve()), "account" if name in QUEUES[:3] else "project"
     if shlex.quote(logs) != logs:
-        raise InvalidInput("must be a path without spaces", "results", received=logs, code="unsafe_path")
+        raise InvalidInput(
+            "must be a path without spaces or special characters",
+            "results",
+            received=logs,
+            code="unsafe_path",
+        )
     folder.mkdir(parents=True, exist_ok=True)
     variables = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
     variables |= {"PYTHONPATH": str(plugins.PACKAGE.parent), "DASK_DISTRIBUTED__WORKER__HTTP__ROUTES": "[]"}
@@ -170,7 +177,7 @@ def job_queue(name: str, options: Launch, folder: Path, stack: ExitStack, dashbo
 
 
 def _prepare_workers(client: Any, jobs: Jobs) -> None:
-    """Let each worker, present or later, enter this folder, load the users' files and compare versions."""
+    """Make each worker of the cluster enter the current folder, load the users' files, and compare package versions."""
     from distributed import WorkerPlugin
 
     def environment() -> dict[str, str]:
@@ -187,14 +194,19 @@ def _prepare_workers(client: Any, jobs: Jobs) -> None:
             if changes := environment().items() - expected.items():
                 worker.loop.add_callback(worker.close)  # the client does not see the error of a later worker
                 words = ", ".join(f"{name} {value}, not {expected[name]}" for name, value in changes)
-                raise InvalidInput("a worker differs", worker.address, received=words, code="worker_differs")
+                raise InvalidInput(
+                    "a worker has other versions than this process",
+                    worker.address,
+                    received=words,
+                    code="worker_differs",
+                )
 
     folder, expected, files = Path.cwd(), environment(), {file for job in jobs for file in job[0].plugins}
     client.register_plugin(Ready())
 
 
 def stage_keys(experiment: Experiment) -> dict[str, str]:
-    """Return the digest of the inputs of each stage of a figure, and of its further populations."""
+    """Return a digest of the inputs of each stage of a figure, including stages of further synthetic populations."""
     store, alone = Store(Path(experiment.results), dry_run=True), isinstance(experiment.sweep, NoSweep)
     chain.run(experiment, store, through="model" if alone else "sweep")
     if populations.count(experiment):
@@ -206,7 +218,7 @@ def stage_keys(experiment: Experiment) -> dict[str, str]:
 
 
 def _submit(client: Any, jobs: Jobs) -> list[Any]:
-    """Submit a task for each figure, after tasks for the stages that several figures share; return the figures."""
+    """Submit a task for each stage that several figures share, then for each figure; return the figures' futures."""
     all_keys = [stage_keys(experiment) for experiment, _ in jobs]
     users = Counter(key for keys in all_keys for key in keys.values())
     figures: list[Any] = []
@@ -220,7 +232,7 @@ def _submit(client: Any, jobs: Jobs) -> list[Any]:
 
 
 def _stage(experiment: Experiment, stage: str, needs: list[Any]) -> None:
-    """Compute a shared stage on a worker; its figures meet the same error again, and report it."""
+    """Compute a stage on a worker; ignore an error, because each figure that needs the stage raises it again."""
     store, numbers = Store(Path(experiment.results), None), range(populations.count(experiment))
     step = ingest.run if stage == "population" else populations.sweep_population
     with suppress(Exception), mapped_by(_Workers()):
@@ -231,7 +243,7 @@ def _stage(experiment: Experiment, stage: str, needs: list[Any]) -> None:
 
 
 def _figure(experiment: Experiment, folder: Path, needs: list[Any]) -> Made:
-    """Make a figure on a worker and return its outcome or failure."""
+    """Make a figure on a worker, and return the outcome or the failure."""
     log = partial(logging.getLogger("distributed.worker").info, f"{experiment.name}: %s")
     workers, started = _Workers(), time.thread_time()
     with mapped_by(workers):
@@ -241,7 +253,7 @@ def _figure(experiment: Experiment, folder: Path, needs: list[Any]) -> Made:
 
 
 class _Workers:
-    """Mapper that sends items in blocks to all workers, and adds up their processor time."""
+    """Mapper that distributes blocks of items over all workers of a Dask cluster, and sums their processor time."""
 
     seconds = 0.0
 
@@ -268,7 +280,7 @@ class _Workers:
 
 
 def _watch(client: Any, futures: Sequence[Any], jobs: Jobs, console: Console) -> list[Made]:
-    """Return the result of each figure, and show figures, tasks, workers and lost workers meanwhile."""
+    """Wait for the outcome of each figure; meanwhile show the numbers of tasks, workers and lost workers."""
     lost, connected, results = list[str](), set[str](), dict[int, Made]()
 
     def heed(event: tuple[float, dict[str, Any]]) -> None:

@@ -1,4 +1,4 @@
-"""Command `equations`: the register of the papers' equations."""
+"""Command `equations`, which prints the papers' equations and the functions that implement them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pipeline.resources import PACKAGE
 
 
 def equations(arguments: Sequence[str]) -> int:
-    """Print every equation: in words, the functions that implement it as printed and as used, and the test."""
+    """Print each equation in words, with its test and the functions that implement it as printed and as used."""
     chosen = [papers.paper(key) for key in arguments] or list(papers.all_papers().values())
     for paper in chosen:
         tell(f"{paper.key}: {paper.authors} ({paper.year}). {paper.title}.", "bold")

@@ -71,7 +71,7 @@ def _processor_s() -> float:
 
 
 def _remarks_on(clips: Clips) -> list[str]:
-    """Return warnings about clips: clips with an unusual frequency that are used, and the number of rejected clips."""
+    """Return warnings about used clips with an unusual stride frequency, and about the number of rejected clips."""
     remarks = [
         f"{row['clip']} is {row['reason']}: check its frame rate"
         for row in clips.report
@@ -94,7 +94,7 @@ def attempt(
     early: bool = False,
     store: Store | None = None,
 ) -> Made:
-    """Make a figure, and return its outcome or its failure.
+    """Make a figure, and return the outcome or the failure.
 
     The first figure of a folder is published early.
 
@@ -176,7 +176,7 @@ def _make_in_turn(jobs: Jobs, display: Display) -> list[Made]:
 
 
 def _ledger(outcomes: Sequence[Outcome], experiments: dict[str, Experiment]) -> list[papers.Verdict]:
-    """Return the verdicts on several figures, and write ``claims.csv`` if the figures share a folder."""
+    """Return the verdicts on the claims about figures, and write ``claims.csv`` if the figures are in one folder."""
     parents = {outcome.folder.parent for outcome in outcomes}
     if len(parents) > 1 or len(outcomes) == 1:
         return [verdict for outcome in outcomes for verdict in outcome.verdicts]

@@ -1,4 +1,4 @@
-"""Command `inspect`: content of recordings, best mapping for each recording, and the command to type next."""
+"""Command `inspect`: content of recordings, the best mapping of markers to joints, and the next command to type."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Inspect:
 
 @dataclass
 class Findings:
-    """Findings on one recording.
+    """Results of the inspection of one recording.
 
     Attributes
     ----------
@@ -157,12 +157,12 @@ def inspect(arguments: Sequence[str]) -> Iterator[Findings]:
 
 
 def _in_words(code: str) -> str:
-    """Return the code of a fault as words."""
+    """Return an error code as words, with blanks for underscores."""
     return code.replace("_", " ")
 
 
 def _statics(files: Sequence[Path]) -> dict[Path, tuple[Path, ...]]:
-    """Return the possible static trials of each recording.
+    """Return, for each recording, the files that may be its static trial.
 
     The trials are searched among the inspected files, or in the folder of a single file.
     """
@@ -173,7 +173,7 @@ def _statics(files: Sequence[Path]) -> dict[Path, tuple[Path, ...]]:
 
 
 def _person(name: str, pattern: str = FolderData.person) -> str:
-    """Return the person's name that a pattern finds in a file name; the whole file name without a match."""
+    """Return the person's name that a pattern finds in a file name; without a match, the whole file name."""
     match = re.search(pattern, name)
     return match[1] if match else name
 
@@ -246,7 +246,7 @@ def _other_files(folder: Path) -> str:
 def _one_person(
     motion: MotionCapture, candidates: Sequence[SourceMapping], subject: str, findings: Findings
 ) -> MotionCapture:
-    """Return the recording of one person, and add the names of all people to the findings.
+    """Return the recording restricted to one person, and add the names of all people to the findings.
 
     Raises
     ------
@@ -254,7 +254,10 @@ def _one_person(
         If no sample was measured, or `subject` does not select one of several people.
     """
     if not motion.valid.any():
-        raise InvalidInput("every sample of every point is missing", code="nothing_measured")
+        raise InvalidInput(
+            "the recording has no measured samples: every sample of every point is missing",
+            code="nothing_measured",
+        )
     findings.people = tuple(mappings.people(motion, candidates))
     if findings.people:
         findings.lines.append(f"people: {', '.join(findings.people)}")
@@ -278,7 +281,7 @@ def _of_file(motion: MotionCapture, suffix: str) -> list[str]:
 def _of_walk(
     motion: MotionCapture, fit: mappings.Fit, path: Path, options: Inspect, findings: Findings
 ) -> None:
-    """Add to the findings the joints of the mapping, and the steady walk or the reason why there is none."""
+    """Add to the findings the joints that the mapping gives, and the steady walk or the reason for its absence."""
     findings.mapping, findings.joints = fit.mapping.name, 15 - len(fit.missing)
     line = f"mapping: {fit.mapping.name}, {findings.joints} of 15 joints"
     if fit.missing:
@@ -335,13 +338,13 @@ def _again(path: Path, option: str = "") -> str:
 
 
 def _unit(leg: float) -> str:
-    """Return the unit in which a leg length of a file has a human length; empty if the length is not positive."""
+    """Infer the unit of length of a file from a leg's length; return an empty text for a length of 0 or less."""
     low, high = LEG_LENGTH_MM
     return "mm" if low <= leg <= high else unit_of_leg(leg)
 
 
 def _after_refusal(code: str, values: dict[str, Any], path: Path, units: str, run: str) -> str:
-    """Return the next command, or advice, for a recording that is not a walk."""
+    """Return the next command, or advice, for a recording that is not usable as a walk."""
     if code == "unit" and (unit := _unit(values["leg_mm"] / formats.millimetres_in(units, path.name))):
         again = f"{_again(path, f'units={unit}')}   (data.units= in runs)"
         if path.suffix.lower() in (".csv", ".trc") and "/" in unit:
@@ -356,7 +359,9 @@ def _after_refusal(code: str, values: dict[str, Any], path: Path, units: str, ru
 
 def _write(motion: MotionCapture, target: Path, source: Path, findings: Findings, *, replace: bool) -> None:
     if target.suffix.lower() not in (".yaml", ".yml"):
-        raise InvalidInput("must end in .yaml", "write", received=target.name, code="unknown_format")
+        raise InvalidInput(
+            "must be a file name that ends in .yaml", "write", received=target.name, code="unknown_format"
+        )
     proposal = nearest_joints.propose(motion, target.stem)
     with new_file(target, replace=replace, sources=[source]) as path:
         path.write_text(nearest_joints.REMARK + mappings.written(proposal, motion), "utf-8")
@@ -406,7 +411,7 @@ def look(arguments: Sequence[str]) -> int:
 
 
 def _row(findings: Findings) -> tuple[str, ...]:
-    """Return the row of a recording in the table of a folder."""
+    """Return the row for one recording in the table that summarises a folder."""
     strides = f"{findings.strides:.1f}" if findings.strides else ""
     joints_of_15 = str(findings.joints or "")
     return findings.name, findings.mapping, joints_of_15, strides, findings.refusal or "yes"

@@ -68,11 +68,11 @@ if TYPE_CHECKING:
     from pipeline.studies.experiment import Experiment
 
 IDENTITY = {"experiment", "data", "scale", "workers", "results", "data.mirror", "data.raw"}
-"""Names of overrides that leave a figure in its preset's folder; other overrides move it to the scratch folder."""
+"""Names of options that can be overridden without moving a figure from its preset's folder to the scratch folder."""
 OWN_FILES = {"skeleton", "skeleton.mapping", "skeleton.missing"} | {
     f"data.{x}" for x in ("path", "pattern", "person", "subject", "units", "up", "frame_rate_hz", "name")
 }
-"""Names of further overrides that leave a figure in its folder if data=folder: they define the data set."""
+"""Names of options that define the user's data set; with ``data=folder``, they do not change a figure's folder."""
 
 
 _INTERRUPTED = 130
@@ -104,7 +104,7 @@ def commands() -> dict[str, str]:
                 from pipeline.validation import InvalidInput
 
                 raise InvalidInput(
-                    f"the plug-in has a command {name!r}, but another command has this name",
+                    f"the plug-in adds a command {name!r}, but another command has this name",
                     each.name,
                     code="duplicate_name",
                 )
@@ -179,7 +179,7 @@ def help_text() -> str:
 
 
 def destination(experiment: Experiment, overrides: Sequence[str], moment: str) -> Path:
-    """Return the folder of a figure: the preset's folder, or a folder in scratch if options were changed."""
+    """Return the folder of a figure: the preset's folder, or a scratch folder if options were changed."""
     allowed = IDENTITY | (OWN_FILES if "data=folder" in overrides else set())
     names = {item.split("=", 1)[0].lstrip("+~") for item in overrides}
     run = experiment.published_in if names <= allowed else Path(experiment.results) / "scratch" / moment
@@ -267,7 +267,7 @@ def _is_presets_own(one: Experiment, folder: Path) -> bool:
 
 
 def _make_one(experiment: Experiment, overrides: Sequence[str], folder: Path | None) -> str:
-    """Make one figure and return the error message; empty on success."""
+    """Make one figure and return the error message, which is empty on success."""
     from pipeline.cli.figures import make_figures
     from pipeline.cli.summary import open_console
 
@@ -384,7 +384,9 @@ def _run(arguments: Sequence[str]) -> int:
     moment = _moment()
     results = next((item[8:] for item in reversed(arguments) if item.startswith("results=")), "results")
     if not results.strip(" \"'"):
-        raise InvalidInput("must name a folder", "results", received="nothing", code="no_folder_named")
+        raise InvalidInput(
+            "must name a folder for the results", "results", received="nothing", code="no_folder_named"
+        )
     try:
         arguments = [*arguments, f"hydra.sweep.dir=${{results}}/scratch/{moment}"]
         return run_hydra(arguments, _make_variant, on_this_machine)
@@ -394,13 +396,13 @@ def _run(arguments: Sequence[str]) -> int:
 
 
 def _announce(work: str, arguments: Sequence[str]) -> None:
-    """Print which figures or work are being set up, before slow libraries are loaded."""
+    """Print what is being set up (the named figures, or `work`) before slow libraries are loaded."""
     named, _ = split_named(arguments)
     print("setting up " + (", ".join(named) or work), flush=True)
 
 
 def _compare(run: Path) -> None:
-    """Write comparisons between the finished variants of a multirun, and print the paths of the comparisons."""
+    """Compare the finished variants of a Hydra multirun, and print the paths of the comparison files."""
     from pipeline.cli.summary import open_console
     from pipeline.report.variants import compare_variants
 
@@ -409,7 +411,7 @@ def _compare(run: Path) -> None:
 
 
 def _print_preset_folders(arguments: Sequence[str]) -> None:
-    """Print the preset folders of the figures that a multirun made without changed options."""
+    """Print the preset folders of a multirun's figures, if the multirun changed no option."""
     from pipeline.cli.compose import compose
     from pipeline.storage.sealed_folders import MANIFEST
 

@@ -41,7 +41,7 @@ def filled(kind: type[Options], overrides: Sequence[str]) -> Options:
         key, equals, text = item.partition("=")
         if not equals:
             raise InvalidInput(
-                "this is not an override",
+                "this argument is not an override",
                 expected="option=value",
                 received=repr(item),
                 code="not_an_override",
@@ -54,7 +54,10 @@ def filled(kind: type[Options], overrides: Sequence[str]) -> Options:
         hint = get_type_hints(type(owner))[_known(owner, name, key)]
         if is_dataclass(hint):
             raise InvalidInput(
-                "this is a group of options", key, f"{key}.{_names(hint)[0]}=…", code="several_options"
+                "this is a group of options: set one of its options",
+                key,
+                f"{key}.{_names(hint)[0]}=…",
+                code="several_options",
             )
         setattr(owner, name, _value(key, hint, text))
     require_bounds("", options)
@@ -70,7 +73,7 @@ def _known(owner: Any, name: str, key: str) -> str:
     if name not in names:
         within = [f"{group}.{name}" for group in names if name in _names(getattr(owner, group))]
         expected = " or ".join(within) or "one of " + ", ".join(names)
-        raise InvalidInput("there is no such option", key, expected, code="unknown_option")
+        raise InvalidInput("this option does not exist", key, expected, code="unknown_option")
     return name
 
 
@@ -79,7 +82,7 @@ def _value(key: str, kind: Any, text: str) -> Any:
     kind = required(kind)
     if get_origin(kind) is list:
         if text[:1] + text[-1:] != "[]":
-            raise InvalidInput("must be a list", key, "[a,b]", text, code="not_a_list")
+            raise InvalidInput("must be a list in square brackets", key, "[a,b]", text, code="not_a_list")
         (item_type,) = get_args(kind)
         return [_value(key, item_type, part.strip()) for part in text[1:-1].split(",") if part.strip()]
     if kind is bool:

@@ -1,4 +1,4 @@
-"""Printing of lines and sections to standard output, without the library rich."""
+"""Printing of lines and sections to standard output, without the package `rich`."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from typing import Any
 from pipeline.validation import printable
 
 MIN_WRAPPED = 12
-"""Smallest width of the last column of a table."""
+"""Smallest width, in characters, of the last column of a printed table."""
 _CODES = {"bold": "1", "dim": "2"}
 
 
 def exists(name: str) -> bool:
-    """Return True if an argument names a file or folder; False if it is too long for a name."""
+    """Return True if an argument names an existing file or folder; False if it is too long for a file name."""
     return os.path.exists(name)  # noqa: PTH110 - the method of Path raises for long names
 
 

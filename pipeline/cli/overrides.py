@@ -17,14 +17,14 @@ _NAMES = {f"sweep.{prefix}{name}" for prefix in ("", "papers_") for name in ("le
 """Names of options with a choice called ``true``, which Hydra would read as a boolean."""
 
 _GROUPS = {"scale", "data", "dataset", "model", "sweep", "figure"}
-"""Names of options that select a file by name.
+"""Names of options that select a YAML file of options by the file's name.
 
 Hydra rejects unquoted numbers, booleans and null as values of these options.
 """
 
 
 def quoted(overrides: Sequence[str]) -> list[str]:
-    """Return overrides in Hydra's grammar, with quotes around special characters and with ``skeleton=`` expanded.
+    """Return overrides in Hydra's grammar: special characters are quoted, and ``skeleton=`` is expanded.
 
     A comma is a special character, except with ``-m``, where it separates variants.
 
@@ -45,7 +45,7 @@ def _quoted(item: str, plain: str) -> str:
     key, equals, value = item.partition("=")
     if not key:
         raise InvalidInput(
-            "this is not an override",
+            "this argument is not an override",
             expected="option=value",
             received=repr(item),
             code="not_an_override",

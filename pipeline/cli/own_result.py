@@ -13,10 +13,10 @@ MEASURES = {
     "rms_error_mm": ("depth, all views", " mm"),
     "absolute_angle_error_median_deg": ("view angle, median off", "°"),
 }
-"""Columns of ``table.csv`` that contain an error for each method, with quantity and unit."""
+"""Columns of ``table.csv`` that contain the error of each method, with the quantity and unit of the error."""
 _WORDS = {"map": "MAP"}
 FEW_PEOPLE = 20
-"""Number of people below which a model learnt from other people is suggested."""
+"""Number of people below which the summary suggests adding a model learnt from other people."""
 
 
 def own_result(folder: Path) -> str:

@@ -1,4 +1,4 @@
-"""Parallel computation of figures: each runs in a separate process, which frees the memory at its end.
+"""Parallel computation of figures: each figure has a separate process, which frees its memory at the end.
 
 If a process dies, only its figure fails.  The processes end together with the program.
 """
@@ -31,7 +31,7 @@ from pipeline.storage.store import Store
 from pipeline.studies.experiment import Experiment
 
 Jobs = Sequence[tuple[Experiment, Path]]
-"""Jobs to run: the experiment and the folder of each figure."""
+"""Figures to make: the experiment and the output folder of each figure."""
 
 Make = Callable[[Experiment, Path, Callable[[str], None]], Made]
 
@@ -50,7 +50,7 @@ _CONTEXT: Any = multiprocessing.get_context("fork" if CAN_FORK else "spawn")
 
 @dataclass(frozen=True)
 class _Worker:
-    """Worker process, the main process's end of the pipe to it, and the index of the worker's figure."""
+    """Worker process, the main process's end of the pipe to the worker, and the index of the figure that it makes."""
 
     process: BaseProcess
     pipe: Connection
@@ -78,7 +78,7 @@ def make_side_by_side(jobs: Jobs, make: Make, display: Display, *, processes: in
     workers: dict[int, _Worker] = {}
 
     def begin(slot: int, not_returned: int = 0) -> None:
-        """Start the next figure in a slot; if none is left, make the slot's core available to other figures."""
+        """Start the next figure in a process slot; if no figure remains, release the slot's core for other figures."""
         if queue:
             figure = queue.popleft()
             ours, its = _CONTEXT.Pipe()
@@ -132,7 +132,7 @@ def make_side_by_side(jobs: Jobs, make: Make, display: Display, *, processes: in
 
 @contextmanager
 def _signal_connection() -> Iterator[Connection]:
-    """Yield a connection that receives a message for each Ctrl-C and SIGTERM.
+    """Yield a pipe connection that receives a message for each Ctrl-C or SIGTERM.
 
     An exception raised by a signal at any moment could leave a started worker out of the list of workers.
     """
@@ -161,7 +161,7 @@ def _work(
     not_returned: int,
     parent: int,
 ) -> None:
-    """Make a figure in a worker; send the name of each stage, then the result and the number of cores it owes."""
+    """Make a figure in a worker; send the name of each stage, then the outcome and the number of cores to give back."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C and ends its workers
     signal.signal(signal.SIGTERM, _interrupt)
     sys.stdout, sys.stderr = sys.__stdout__, sys.__stderr__  # the display had replaced them
@@ -178,7 +178,7 @@ def _interrupt(*_: object) -> None:
 
 
 def _failure_of_dead(worker: _Worker, name: str) -> Failure:
-    """Return the failure of a figure whose worker has died."""
+    """Return the failure of a figure whose worker process has died."""
     worker.process.join()
     code = worker.process.exitcode or 0
     how = f"by signal {-code}" if code < 0 else f"with status {code}"
@@ -189,7 +189,7 @@ def _failure_of_dead(worker: _Worker, name: str) -> Failure:
 
 
 def _end(workers: Any, jobs: Jobs) -> None:
-    """Terminate the workers, kill those that take too long, and remove their temporary files.
+    """Terminate the worker processes, kill those that take too long, and remove their temporary files.
 
     The signal is repeated, since an interrupt within a callback of a library is lost.
     """

@@ -12,7 +12,7 @@ from pipeline.cli.summary import STAGES, Made, Outcome
 from pipeline.studies.experiment import Experiment
 
 _PACE_S = 3600.0
-"""Period, s, over which the speed for the remaining time is measured; a single figure may take minutes."""
+"""Period, s, over which the speed is averaged to estimate the remaining time. A single figure may take minutes."""
 
 
 class Display:
@@ -57,22 +57,22 @@ class Display:
         self._progress.stop()
 
     def began(self, slot: int, figure: int) -> None:
-        """Show that a figure, given by its index, has started in a slot."""
+        """Show that a figure, given by its index, has started in a process slot of the display."""
         name = self._experiments[figure].name
         self._progress.reset(self._slots[slot], description=name, visible=True, figure=name, count="")
 
     def at(self, slot: int, stage: str) -> None:
-        """Show that a stage of the figure in a slot has started."""
+        """Show that the figure in a process slot of the display has started a stage."""
         task = self._slots[slot]
         name = self._progress.tasks[slot + 1].fields["figure"]
         self._progress.update(task, description=f"{name}: {stage}", completed=STAGES.index(stage))
 
     def note(self, words: str) -> None:
-        """Show a text about the state of all figures."""
+        """Show a text next to the common progress of all figures."""
         self._progress.update(self._all, description=words)
 
     def ended(self, slot: int, figure: int, made: Made) -> None:
-        """Show that a figure has ended; without a terminal, print a line."""
+        """Show that a figure has ended; if the output is not a terminal, print a line instead."""
         self._ended += 1
         self._progress.update(self._slots[slot], visible=False)
         self._progress.update(self._all, advance=self._experiments[figure].cost_s, count=self._count)
@@ -81,7 +81,7 @@ class Display:
 
 
 def line(count: str, made: Outcome) -> str:
-    """Return the line for a finished figure, which begins with `count`, such as ``3/12``."""
+    """Return the line that reports a finished figure; it begins with `count`, such as ``3/12``."""
     reused = f", reused {' '.join(made.reused)}" if made.reused else ""
     return (
         f"{count} {made.figure}: {sum(made.seconds.values()):.1f} s, "

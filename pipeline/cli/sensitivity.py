@@ -27,10 +27,10 @@ from pipeline.studies.registry import all_measures
 from pipeline.validation import InvalidInput, require_choice
 
 PLAIN = "as it is"
-"""Name that stands for the baseline figures, which are made without a switch."""
+"""Name of the baseline run, in which no switch is set."""
 
 KEEP, QUOTED = "keep", "quoted"
-"""Arguments: one writes the results into the repository, the other selects the switches that explanations quote."""
+"""Arguments: `keep` writes results into the repository; `quoted` selects the switches that the page quotes."""
 
 QUIET = ("figure.picture=false", "figure.recording=false")
 
@@ -47,7 +47,7 @@ def groups() -> dict[str, tuple[Path, Mapping[str, Any]]]:
 
 
 def switches(group: Mapping[str, Any], data_name: str) -> Iterator[Switch]:
-    """Yield the baseline of a group in `conf/sensitivity.yaml`, then each switch that applies to a data set."""
+    """Yield the baseline of a group of switches, then each switch of the group that applies to a data set."""
     common, every = tuple(group["common"]), tuple(group["figures"])
     yield Switch(PLAIN, common, (), every)
     for name, switch in group["switches"].items():
@@ -56,7 +56,7 @@ def switches(group: Mapping[str, Any], data_name: str) -> Iterator[Switch]:
 
 
 def compare(plain: Sequence[Verdict], switched: Sequence[Verdict], name: str) -> list[dict[str, Any]]:
-    """Return a row for each claim with a value in both runs: values and answers without and with the switch."""
+    """Return values and verdicts without and with a switch, in one row for each claim that has a value in both runs."""
     before = {verdict.claim.name: verdict for verdict in plain}
     rows = []
     for verdict in switched:
@@ -84,7 +84,7 @@ def compare(plain: Sequence[Verdict], switched: Sequence[Verdict], name: str) ->
 
 
 def sensitivity(arguments: Sequence[str]) -> int:
-    """Tabulate value and both answers of each claim with each switch: sensitivity [GROUP] [SWITCH ...] [OVERRIDE ...].
+    """Tabulate value and verdict of each claim with each switch: sensitivity [GROUP] [SWITCH ...] [OVERRIDE ...].
 
     Results go to ``results/sensitivity/<data>/<group>/table.csv``.  Groups are those of ``conf/sensitivity.yaml``, by
     default all.  Names of switches (``start_free``) run only these and their baseline figures.  ``quoted`` runs only
@@ -135,7 +135,7 @@ def sensitivity(arguments: Sequence[str]) -> int:
 def _measured(
     every: Sequence[Switch], name: str, options: Sequence[str], below: Path
 ) -> tuple[list[dict[str, Any]], list[interventions.Numbers]]:
-    """Make the figures of a group with each switch; return the table's rows and the numbers that explanations quote."""
+    """Make the figures of a group with each switch; return the table's rows and the numbers that the page quotes."""
     rows: list[dict[str, Any]] = []
     numbers: list[interventions.Numbers] = []
     plain_tables: dict[str, Any] = {}
@@ -175,17 +175,19 @@ def _measured(
         )
         numbers.append(interventions.Numbers(**vars(switch), scale=scale, without=without, with_it=with_it))
     if not rows:
-        raise InvalidInput("no claim uses the figures of this group", name, code="no_claim")
+        raise InvalidInput(
+            "no claim of a paper uses the figures of this group of switches", name, code="no_claim"
+        )
     return rows, numbers
 
 
 def _word(name: str) -> str:
-    """Return the name of a switch with _ for spaces, as used for arguments and folders."""
+    """Return the name of a switch with underscores for spaces, for use in arguments and folder names."""
     return name.replace(" ", "_")
 
 
 def _selected(every: Sequence[Switch], named: Collection[str]) -> Iterator[Switch]:
-    """Yield the baseline of the figures that the named switches change, then these switches."""
+    """Yield the baseline, restricted to the figures that the named switches change, and then these switches."""
     plain, *others = every
     selected = [switch for switch in others if _word(switch.name) in named]
     changed = {figure for switch in selected for figure in switch.figures}
@@ -194,7 +196,7 @@ def _selected(every: Sequence[Switch], named: Collection[str]) -> Iterator[Switc
 
 
 def _quoted(every: Sequence[Switch], data_name: str, group: str) -> Iterator[Switch]:
-    """Yield the baseline and the switches that explanations quote, restricted to the quoted figures."""
+    """Yield the baseline and the switches that the page's explanations quote, restricted to the quoted figures."""
     figures = {
         switch.name: interventions.figures_of(interventions.names_quoted(data_name, group, switch.name))
         for switch in every
@@ -206,8 +208,10 @@ def _quoted(every: Sequence[Switch], data_name: str, group: str) -> Iterator[Swi
 
 
 def moved_table(rows: Sequence[Mapping[str, Any]]) -> Table:
-    """Return a printable table of the claims whose answer changes with a switch."""
-    table = Table(title="Answers that a switch moves", title_justify="left", box=None, pad_edge=False)
+    """Return a printable table of the claims whose verdict changes with a switch."""
+    table = Table(
+        title="Claims whose verdict changes with a switch", title_justify="left", box=None, pad_edge=False
+    )
     for heading in ("claim", "as it is", "", "switch", "with it", " "):
         table.add_column(heading)
     for row in rows:

@@ -41,7 +41,7 @@ class Status:
 
 
 def status(experiment: Experiment, folder: Path) -> Status:
-    """Return the status of a published figure.
+    """Return the status of a published figure: current, stale or missing.
 
     Stages are compared by content, the figure itself by its options and sources.
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pipeline.papers import Verdict
 
 WIDE = 110
-"""Width of the terminal, in characters, from which the table of claims has all columns."""
+"""Smallest width of the terminal, in characters, at which the table of claims shows all columns."""
 
 STAGES = ("ingest", "dataset", "model", "sweep", "figure")
 
@@ -34,13 +34,13 @@ class _Console(Console):
     """Console that raises an error if the program that reads the output has closed the pipe."""
 
     def on_broken_pipe(self) -> None:
-        """Raise BrokenPipeError, which `main` reports."""
+        """Raise BrokenPipeError, which the function `main` reports to the user."""
         raise BrokenPipeError(errno.EPIPE, os.strerror(errno.EPIPE))
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """Outcome of a figure that was made successfully.
+    """Results of a figure that was made successfully.
 
     Attributes
     ----------
@@ -69,7 +69,7 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Failure:
-    """Error of a figure that could not be made.
+    """Error message of a figure that could not be made.
 
     Attributes
     ----------
@@ -146,16 +146,16 @@ _BEYOND = {
     "worse": ("red", "worse than it"),
     "unknown": ("yellow", "not known"),
 }
-"""Colour of each answer in the order in which answers are counted; for baselines also the words."""
+"""Colour and words for each result of a comparison with the baseline, in the order of counting."""
 
 _SHORT = {"not judged at smoke scale": "not judged"}
-"""Shorter forms of answers, for the table."""
+"""Short forms of long verdicts, for the printed table."""
 
 Row = dict[str, str]
 
 
 def claim_rows(verdicts: Sequence[Verdict]) -> list[Row]:
-    """Return the rows of the table of claims as text, sorted by kind; ``why`` is empty if the claim agrees."""
+    """Return the rows of the table of claims as text, sorted by kind of claim; ``why`` is empty if the claim agrees."""
     from pipeline.papers import Kind, all_papers
 
     rows, kinds = [], list(Kind)
@@ -182,7 +182,7 @@ def claim_rows(verdicts: Sequence[Verdict]) -> list[Row]:
 
 
 def claims_table(rows: Sequence[Row], width: int = 160) -> Table:
-    """Return the table of claims, grouped by kind and paper: answers, short name, published value, and our value.
+    """Return the table of claims by kind and paper: verdict, result against the baseline, short name, and values.
 
     The baseline's number needs a width of `WIDE` columns.
     """
@@ -208,7 +208,7 @@ def claims_table(rows: Sequence[Row], width: int = 160) -> Table:
 
 
 def counts(verdicts: Sequence[Verdict]) -> list[str]:
-    """Return lines with the number of verdicts of each kind, for each kind of claim and for each paper."""
+    """Return lines that count the verdicts for each kind of claim, and for each paper."""
     from pipeline.papers import JUDGED, OF_PAPERS, Agreement, Beyond, Kind, all_papers, count, count_by_kind
 
     rows, lines = [verdict.row for verdict in verdicts], []

@@ -51,7 +51,7 @@ def _archives(path: Path) -> list[Path]:
 
 
 def computed_again(folder: Path, only: str = "") -> list[str]:
-    """Recompute the figures of an archive, print the agreement of the tables, and return the disagreements."""
+    """Recompute the figures of an archive, print the agreement of their tables, and return the disagreements."""
     manifests = {
         each.parent: manifest
         for each in visible(folder, f"**/*/{MANIFEST}")
@@ -59,7 +59,7 @@ def computed_again(folder: Path, only: str = "") -> list[str]:
     }
     if not manifests:
         raise InvalidInput(
-            "the archive has no such figure" if only else "the archive has no figure",
+            "the archive has no figure of this name" if only else "the archive has no figures",
             folder,
             received=only,
             code="no_figure",

@@ -1,4 +1,4 @@
-"""Walkers as input of commands, from a figure's folder, a recording, or reconstructed keypoints."""
+"""Walkers that commands read from a figure's folder, a recording, or reconstructed keypoints."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class Walk:
 
 
 def options_of(arguments: Sequence[str], kind: type[Options], *, usage: str) -> tuple[str, Options]:
-    """Return the source that the arguments name, and the options of the command.
+    """Return the walker's source (a file, a folder or a name) from the arguments, and the options of the command.
 
     Raises
     ------
@@ -66,7 +66,7 @@ def options_of(arguments: Sequence[str], kind: type[Options], *, usage: str) -> 
     options = filled(kind, [item for item in arguments if item not in sources])
     if len(sources) != 1:
         raise InvalidInput(
-            "name exactly one source",
+            "name exactly one source: a file, a folder or a known name",
             expected=usage,
             received=" ".join(arguments)[:80] or "nothing",
             code="no_source",
@@ -76,7 +76,7 @@ def options_of(arguments: Sequence[str], kind: type[Options], *, usage: str) -> 
 
 
 def kind_of(source: str, arguments: Sequence[str], of: Mapping[str, str]) -> str:
-    """Return the kind of a source; raise InvalidInput if an option has no effect on sources of this kind.
+    """Return the kind of a walker's source, such as a recording; reject options without effect on this kind.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def kind_of(source: str, arguments: Sequence[str], of: Mapping[str, str]) -> str
     for name in (item.partition("=")[0] for item in arguments):
         if kind not in of.get(name, kind):
             raise InvalidInput(
-                "the option has no effect on this kind of source",
+                "the option has no effect on walkers from this kind of source",
                 name,
                 of[name],
                 kind,
@@ -140,13 +140,13 @@ class FigureWalkers:
         }
         if not path.is_file():
             raise InvalidInput(
-                "the folder is not that of a figure: it has no arrays.npz", folder, code="no_figure"
+                "the folder does not contain a figure: arrays.npz is missing", folder, code="no_figure"
             )
         try:
             self._arrays = read_arrays(path)
         except InvalidInput:
             raise InvalidInput(
-                "the file is damaged: make the figure again", path, code="unreadable"
+                "the figure's file of arrays is damaged: make the figure again", path, code="unreadable"
             ) from None
         if lacking := needed - set(self._arrays):
             received = f"arrays.npz without {', '.join(sorted(lacking))}"
@@ -160,7 +160,7 @@ class FigureWalkers:
             return Walk(*(self._arrays[fact][r] for fact in facts))
 
     def reconstructed(self, name: str, method: str, view_angle_deg: float | None) -> Walk:
-        """Return a walker reconstructed from one view.
+        """Return a walker that a method reconstructed from one view.
 
         If the figure contains the training data of its model, every view is available, else only the demonstrated ones.
 
@@ -190,7 +190,7 @@ class FigureWalkers:
         return walkers.index(require_choice("walker", name or walkers[0], walkers))
 
     def _from_view(self, r: int, method: str, view_angle_deg: float) -> np.ndarray:
-        """Return the missing dimension (5, 15), mm, for any view, reconstructed with the model of the walker's fold."""
+        """Return the missing dimension (5, 15), mm, of a walker for any view, by a model learnt from other people."""
         require_range("view_angle_deg", view_angle_deg, at_least=-180, at_most=180)
         listed_views = ", ".join(f"{view:g}" for view in self._arrays["demonstration_view_deg"])
         stored = {"samples", "person", "residual_covariance_mm2"} <= set(self._arrays)
@@ -246,7 +246,7 @@ def recorded_walk(
 
 
 def keypoint_walk(folder: Path, *, harmonics: int = 2) -> Walk:
-    """Return the walk in the longest stretch of a ``joints.csv`` that ``reconstruct`` wrote.
+    """Return the walk in the longest stretch of frames in a ``joints.csv`` that ``reconstruct`` wrote.
 
     Raises
     ------
@@ -266,7 +266,7 @@ def keypoint_walk(folder: Path, *, harmonics: int = 2) -> Walk:
 
 
 def _stretches(path: Path) -> list[tuple[float, str]]:
-    """Return strides and locomotion of each stretch in a ``summary.json``; a stretch without a walk has 0 strides."""
+    """Return the number of strides and the type of locomotion for each stretch of frames in ``summary.json``."""
     summary = read_json(path, dict[str, Any])
     if summary["verdict"] == "not_a_walk":
         reasons = "; ".join(map(str, summary["why"]))
@@ -280,7 +280,7 @@ def _stretches(path: Path) -> list[tuple[float, str]]:
 def _longest(
     path: Path, stretches: Sequence[tuple[float, str]]
 ) -> tuple[np.ndarray, float, tuple[float, str]]:
-    """Return joints (T, 15, 3), mm, frame rate, Hz, strides and locomotion of the longest stretch in ``joints.csv``."""
+    """Return joints (T, 15, 3), mm, rate, Hz, strides and locomotion of the longest stretch in ``joints.csv``."""
     table = tables.read(path)
     if lacking := {"stretch", "time_s", "x", "y", "z"} - set(table):
         what = f"the table is not from `reconstruct`: it has no column {sorted(lacking)[0]!r}"
@@ -289,7 +289,12 @@ def _longest(
     rows = table["stretch"] == numbers[counts.argmax()]
     count = rows.sum()
     if count % len(WALKER15.joints) or count < 2 * len(WALKER15.joints):
-        raise InvalidInput("a frame is incomplete", path, received=f"{count} rows", code="incomplete_frame")
+        raise InvalidInput(
+            "the longest stretch of frames lacks the rows of some joints",
+            path,
+            received=f"{count} rows",
+            code="incomplete_frame",
+        )
     positions = np.column_stack([table[axis][rows] for axis in "xyz"]).reshape(-1, len(WALKER15.joints), 3)
     times = table["time_s"][rows][:: len(WALKER15.joints)]
     rate = (len(times) - 1) / float(times[-1] - times[0])
@@ -310,7 +315,9 @@ def steady(
     prepared = walk_in(name, positions, frame_rate_hz, valid, up, locomotion=locomotion)
     if prepared.positions is None:
         code, values = prepared.row["code"], prepared.row["values"]
-        raise InvalidInput(f"not a walk: {prepared.row['reason']}", name, code=code, **values)
+        raise InvalidInput(
+            f"the motion is not a usable walk: {prepared.row['reason']}", name, code=code, **values
+        )
     if remarks := prepared.row["reason"]:
         tell(remarks)
     series = fourier.represent(

@@ -121,7 +121,7 @@ def read_sources(sources: Path) -> list[dict[str, str]]:
     for row in rows:
         if None in row or None in row.values():
             raise InvalidInput(
-                "the length of a row differs from the header",
+                "a row and the header of the table of sources differ in length",
                 where,
                 received=f"{row['path']!r}",
                 code="wrong_count",
@@ -129,7 +129,9 @@ def read_sources(sources: Path) -> list[dict[str, str]]:
         path = row["path"]
         _check_path(path, where)
         if path in paths:
-            raise InvalidInput("a path is listed twice", where, received=path, code="path_twice")
+            raise InvalidInput(
+                "the table of sources lists a path twice", where, received=path, code="path_twice"
+            )
         paths.add(path)
         if not re.fullmatch(r"[0-9a-f]{64}", row["sha256"]):
             raise InvalidInput(
@@ -140,7 +142,7 @@ def read_sources(sources: Path) -> list[dict[str, str]]:
             )
         if not re.fullmatch(r"[1-9]\d{0,14}", row["bytes"]):
             raise InvalidInput(
-                "must be a size in bytes",
+                "must be a file size in bytes",
                 f"{where}, {path}: bytes",
                 received=row["bytes"] or "none",
                 code="not_size",
@@ -161,7 +163,7 @@ def _check_path(path: str, where: str) -> None:
 
 
 def _selected(rows: list[dict[str, str]], only: Sequence[str] | None) -> list[dict[str, str]]:
-    """Return the rows that match any of the given sources, paths or patterns."""
+    """Return the rows of a table of addresses that match one of several sources, paths or patterns."""
     if only is None:
         return rows
     selected: set[str] = set()
@@ -172,7 +174,7 @@ def _selected(rows: list[dict[str, str]], only: Sequence[str] | None) -> list[di
         if not matches:
             sources = sorted({r["source"] for r in rows})
             raise InvalidInput(
-                "the table of sources has no such source or path",
+                "the table of sources does not list this source or path",
                 expected=f"a source ({', '.join(sources)}) or a path",
                 received=pattern,
                 typed=True,

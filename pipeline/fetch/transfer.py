@@ -23,7 +23,7 @@ from pipeline.validation import InvalidInput
 
 TIMEOUT_S = 30.0
 _MAX_SILENCES = 2
-"""Number of consecutive requests without response after which a host is not asked again in this run."""
+"""Number of consecutive requests without response after which a host is skipped for the rest of the run."""
 _MISSING = "it does not have the file"
 
 
@@ -74,7 +74,7 @@ class FetchReport:
 
 
 def mirrored(folder: Path, path: str) -> Path:
-    """Return the path of a file in a mirror; the mirror may also be the folder of the file's source.
+    """Return the path of a file in a mirror; the mirror may also be the folder of a single source.
 
     Examples
     --------
@@ -153,7 +153,7 @@ class Transfer:
         return "failed", "; ".join(reasons)
 
     def _content(self, row: Mapping[str, str], source: Path | str) -> bytes:
-        """Return the content of a file from a mirror or an address."""
+        """Return the content of a listed file from a mirror or an address."""
         if isinstance(source, Path):
             try:
                 return read_file(mirrored(source, row["path"]))
@@ -209,7 +209,7 @@ class _Failed(Exception):
 
 @contextmanager
 def _disk(target: Path) -> Iterator[None]:
-    """Convert a disk error to InvalidInput, which ends the run; network errors do not end it."""
+    """Convert a disk error to InvalidInput, which ends the run; network errors do not end the run."""
     try:
         yield
     except OSError as error:

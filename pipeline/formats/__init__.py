@@ -43,7 +43,7 @@ READERS: dict[str, Reader] = {
 """Reader for each file suffix (in lower case)."""
 
 RATE_TOLERANCE = 0.01
-"""Largest relative difference between the requested frame rate and the file's frame rate without a note."""
+"""Relative difference between the requested frame rate and the file's frame rate above which a note is added."""
 
 ADVICE = {
     ".asf": "this is a skeleton without motion: give the .amc file of its motion",
@@ -90,7 +90,7 @@ BMWalker.js has 42 kB.
 _TEXT_BYTES = 4000
 """Number of bytes at the start of a text file that are searched for lines of numbers."""
 _WALKER = re.compile(rb"\bmeanwalker\[0\]|\"mean_walker\"")
-"""Pattern of the array that identifies a file with an average walker."""
+"""Pattern of the array name by which a file with an average walker is recognised."""
 _NUMBERS = re.compile(rb"^.*?([;,\t ]+-?\d[\d.e+-]*){3}", re.MULTILINE | re.IGNORECASE)
 
 

@@ -58,7 +58,7 @@ def read_one(path: Path, reader: Callable[..., Content], **options: object) -> C
 
 
 def count_bytes(size: int, where: str) -> None:
-    """Add the size of a file to the number of bytes read for the clip.
+    """Add the size of a file to the number of bytes read for the current clip.
 
     Raises InvalidInput if the file is larger than half the largest budget.
     """

@@ -22,7 +22,7 @@ MAX_JOINTS = 2000
 
 
 MIN_LEAP, MIN_DISTANCE = 0.2, 1.5
-"""Smallest distances at which a placeholder is recognised: from the point's neighbouring samples and from the body.
+"""Smallest distances, from neighbouring samples and from the body, at which a placeholder counts as missing.
 
 A sample that is farther is missing.  The unit is the spread of the body: the root mean square distance of its points
 from their centre, about 500 mm."""
@@ -117,7 +117,7 @@ def motion_capture(
     of_angles: bool = False,
     units_assumed: bool = False,
 ) -> MotionCapture:
-    """Build the result of a reader; samples with a non-finite coordinate become NaN.
+    """Build the recording that a reader returns; samples with a non-finite coordinate become NaN.
 
     Parameters
     ----------
@@ -167,7 +167,7 @@ def motion_capture(
 
 
 def leave_out_placeholders(positions: np.ndarray, notes: list[str], millimetres: float = 1.0) -> None:
-    """Replace the placeholders of missing samples in positions (T, P, 3) by NaN, in place.
+    """Replace in place, by NaN, the numbers that stand for missing samples in positions (T, P, 3).
 
     A placeholder has the same number in all three coordinates, such as 0, 999, -9999 or 1e6.  It counts as missing if
     the point leaps there from its neighbouring samples.  A point that stays at one number throughout counts as missing

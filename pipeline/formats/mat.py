@@ -17,7 +17,7 @@ from pipeline.formats.contract import damaged
 from pipeline.validation import InvalidInput, listed
 
 _TYPES = "0bBhHiIf0d00qQ0BBH"
-"""NumPy type of the numbers in an element, by kind of element; the last three are compressed, UTF-8 and UTF-16."""
+"""NumPy type of the numbers in a MAT element, by kind of element; the last three are compressed, UTF-8 and UTF-16."""
 _TOOLBOX = {"freq", "markerName", "data"}
 """Fields by which a struct of the MoCap Toolbox is recognised; ``data`` has the markers in its columns."""
 _RATES = {
@@ -37,7 +37,7 @@ MIN_MARKERS = 3
 
 
 def load_mat(data: bytes, where: str, *_: object) -> tuple[dict[str, np.ndarray], list[str]]:
-    """Read markers as the arrays of an NPZ file, and return these arrays and their names.
+    """Read the markers in a MAT file; return them as arrays like those of an NPZ file, and the names of the arrays.
 
     The arrays are named as in exported files, or as in AMASS if the unit of length is unknown.
 
@@ -57,7 +57,7 @@ def load_mat(data: bytes, where: str, *_: object) -> tuple[dict[str, np.ndarray]
 
 
 def _qualisys(data: bytes, where: str) -> dict[str, np.ndarray]:
-    """Return the arrays of a file of Qualisys that contains one trial.
+    """Return names, positions and frame rate from a MAT file of Qualisys that contains one trial.
 
     If the content is different, raises ValueError, AttributeError, LookupError or TypeError.
     """
@@ -85,7 +85,7 @@ def _qualisys(data: bytes, where: str) -> dict[str, np.ndarray]:
 
 
 def _markers(data: bytes, where: str) -> dict[str, np.ndarray]:
-    """Return the arrays of MoCap Toolbox structs, or of matrices (T, 3), (3, T) or (4, T) for single markers."""
+    """Return names, positions and rate from MoCap Toolbox structs, or from matrices of single markers."""
     variables = _variables(data, where)
     structs = {
         name: value[0]
@@ -125,14 +125,17 @@ def _markers(data: bytes, where: str) -> dict[str, np.ndarray]:
 
 
 def _of_toolbox(takes: dict[str, Any], where: str) -> dict[str, np.ndarray]:
-    """Combine the structs of a file.
+    """Return names, positions and frame rate from the MoCap Toolbox structs of a file.
 
     If there are several, each marker name begins with the struct's name and a colon.
     """
     rates = {float(_numbers(take["freq"]).item()) for take in takes.values()}
     if len(rates) > 1:
         raise damaged(
-            "the structs have several frame rates", where, received=sorted(rates), code="unknown_rate"
+            "the structs of the file have different frame rates",
+            where,
+            received=sorted(rates),
+            code="unknown_rate",
         )
     names, blocks = [], []
     for name, take in takes.items():
@@ -149,7 +152,7 @@ def _of_toolbox(takes: dict[str, Any], where: str) -> dict[str, np.ndarray]:
 def _of_unknown_unit(
     names: list[str], positions: np.ndarray, rates: list[np.ndarray]
 ) -> dict[str, np.ndarray]:
-    """Return the arrays under the names of AMASS; the reader infers their unit from the length of the legs."""
+    """Return names and positions as arrays of AMASS; the reader infers their unit from the length of the legs."""
     arrays = {"marker_labels": np.array(names), "marker_data": positions}
     return arrays | ({"mocap_framerate": rates[0]} if rates else {})
 
@@ -193,14 +196,14 @@ def _variables(data: bytes, where: str) -> dict[str, Any]:
 
 
 def _numbers(parts: Any) -> Any:
-    """Return the numeric matrix that elements describe; None for other content or a truncated matrix."""
+    """Return the numeric matrix that elements of a MAT file describe; None for other content or a truncated matrix."""
     if len(parts) == 4 and isinstance(parts[3], np.ndarray) and 6 <= parts[0][0] & 255 <= 15:
         return np.asarray(parts[3]).reshape(parts[1][::-1]).T if parts[3].size == np.prod(parts[1]) else None
     return None
 
 
 def _name(matrix: Any) -> str:
-    """Return the name of a variable from the variable's elements."""
+    """Return the name of a MAT variable from the variable's elements."""
     return str(matrix[2].tobytes().decode("ascii"))
 
 
@@ -210,12 +213,12 @@ def _text(matrix: Any) -> str:
 
 
 def _array(matrix: Any) -> np.ndarray:
-    """Return the numbers of a matrix as an array (frames, columns, rows)."""
+    """Return a three-dimensional MAT matrix as an array (frames, columns, rows)."""
     return np.asarray(matrix[3]).reshape(-1, *matrix[1][1::-1])
 
 
 def _values(data: memoryview, at_most: int = 2**31) -> Any:
-    """Parse consecutive elements; an array of structs becomes a list of dictionaries by field name."""
+    """Parse consecutive elements of a MAT file; an array of structs becomes a list of dictionaries by field name."""
     values: list[Any] = []
     while data and len(values) < at_most:
         kind, size = np.frombuffer(data[:8], "I").tolist()

@@ -76,7 +76,7 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
 def _subject(
     element: ElementTree.Element, unlabelled: str, where: str
 ) -> tuple[str, float, list[str], np.ndarray]:
-    """Return label, frame rate, segment names and positions (T, S, 3) of a person.
+    """Return the label, frame rate, segment names and positions (T, S, 3) of one person in an MVNX file.
 
     Calibration frames are left out.
     """

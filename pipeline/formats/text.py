@@ -57,9 +57,9 @@ def read_text(path: Path) -> tuple[str, list[str]]:
 
 
 _WORDS = bytes(32 if byte in b" \t\n\r,;:[{" else 120 for byte in range(256))
-"""Translation table: bytes that separate words become blanks, all other bytes become x."""
+"""Translation table for counting words: separators become blanks, and all other bytes become x."""
 _TEXT, _WORD = 4, 100
-"""Bytes of memory per byte of text including its copies, and per word as a string and as a number."""
+"""Bytes of memory per byte of text (with its copies), and per word (as a string and as a number)."""
 
 
 def number(word: str) -> float:
@@ -115,7 +115,7 @@ def read_numbers(words: Sequence[str], location: Callable[[int], str]) -> np.nda
 
 
 def read_vector(words: Sequence[str], count: int, where: str) -> np.ndarray:
-    """Parse the words of a line as `count` finite numbers, float64.
+    """Parse the words of a line as `count` finite numbers and return them as float64.
 
     Raises
     ------

@@ -1,1 +1,1 @@
-"""Data sets and the recordings in them, based on formats, mappings and fetch."""
+"""Data sets and their recordings: selection, reading, mapping to joints, and preparation as clips."""

@@ -26,16 +26,16 @@ from pipeline.ingestion.corpus import file_digest, listing_table, mirror_folders
 from pipeline.validation import CountOrAll, InvalidInput, bounded
 
 SOURCE = "author"
-"""Name of the source in reports."""
+"""Name of the source of average walkers in reports on clips."""
 AVERAGE = ("author/bmwalker.js", "author/bmwalker.json")
-"""Paths, in the table of files, of the average walker; both files contain the same numbers.
+"""Paths of the average walker in the table of recordings; both files contain the same numbers.
 
 The first available file is read.
 """
 MEANS = ("author/walkers.mat",)
-"""Path, in the table of files, of the mean woman and the mean man."""
+"""Path, in the table of recordings, of the file with the mean woman and the mean man."""
 MEAN_PEOPLE = {"F": "mean_woman", "M": "mean_man"}
-"""Name of each mean person, by the name of the matrix in the file."""
+"""Name of the mean woman and of the mean man, by the name of the matrix in the file."""
 
 RATE_HZ, SECONDS = 120.0, 6.8
 """Frame rate (Hz) and duration (s) of the clips; the duration is the same as for synthetic clips."""
@@ -60,7 +60,7 @@ class ListedFile:
 def find(
     paths: Sequence[str], *, table: str = "data/sources.csv", raw: str = "data/raw", mirror: str = ""
 ) -> ListedFile:
-    """Return the first of the given files that is available, after verifying its sha256.
+    """Return the first available of several files in the table of recordings, after verifying its sha256.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def find(
             continue
         if (received := file_digest(path)) != row["sha256"]:
             raise InvalidInput(
-                "the file differs from the listed one: run `make data` to fetch it again",
+                "the file differs from the table of recordings: run `make data` to fetch it again",
                 row["path"],
                 f"sha256 {row['sha256'][:12]}…",
                 f"{received[:12]}…",
@@ -90,15 +90,15 @@ def find(
             )
         return ListedFile(path, row["sha256"], row.get("terms", ""))
     raise InvalidInput(
-        "the average walker of the second author's laboratory is not available",
+        "the average walkers of the BioMotion Lab are not available on this machine: run `make data ARGS=author`"
+        " to fetch them, or name their folder in data.mirror= or MOCAP_MIRROR",
         paths[0],
-        "`make data ARGS=author` to fetch it, or its folder in MOCAP_MIRROR (data.mirror=)",
         code="not_fetched",
     )
 
 
 def find_here(paths: Sequence[str], data: object) -> ListedFile:
-    """Return the first available file, found by `find` in the folders of a data set if it has such options."""
+    """Return the first available of several listed files, from the folders that a data set names or from a mirror."""
     named = {name: getattr(data, name) for name in ("raw", "mirror") if getattr(data, name, "")}
     return find(paths, **{"mirror": os.environ.get("MOCAP_MIRROR", ""), **named})
 
@@ -132,7 +132,7 @@ class AuthorData(Data):
             )
 
     def request(self, corpus: Corpus, skeleton: Skeleton, seed: int, workers: int) -> Request:
-        """Return the request for clips of the average walkers."""
+        """Return the request from which the ingest stage makes clips of the average walkers."""
         self.require(corpus)
         where = {"table": self.table, "raw": self.raw, "mirror": self.mirror}
         average, means = find(AVERAGE, **where), find(MEANS, **where)

@@ -22,7 +22,7 @@ from pipeline.skeleton.source_mapping import SourceMapping, UpAxis
 from pipeline.validation import InvalidInput
 
 MAX_STATIC_CANDIDATES = 10
-"""Largest number of a person's other recordings that are tried as static trial if no file name suggests one."""
+"""Largest number of other recordings of a person that are tried if no file name suggests a static trial."""
 
 _STATIC = re.compile(
     r"static|standing|calib|(?<![a-z])(stand|stat|cal|neutral|[tna][-_ ]?pose)(?![a-z])", re.IGNORECASE
@@ -124,7 +124,7 @@ def mirror_folders(mirror: str) -> list[Path]:
 
 
 def listed_clips(listing: Listing, sources: Sequence[str], action: str) -> tuple[list[Clip], list[Clip]]:
-    """Return two lists: the sorted clips that are available on this machine, and the others in the table's order.
+    """Return the clips available on this machine, sorted, and the unavailable clips in the table's order.
 
     Parameters
     ----------
@@ -150,7 +150,7 @@ def listed_clips(listing: Listing, sources: Sequence[str], action: str) -> tuple
     ]
     if not rows:
         raise InvalidInput(
-            f"the table lists no recording of {action or 'an action without a name'} from these sources",
+            f"the table lists no recording of {action or 'an action without a name'} from the selected sources",
             listing.table,
             ", ".join(sources),
             code="nothing_listed",
@@ -175,9 +175,9 @@ def listed_clips(listing: Listing, sources: Sequence[str], action: str) -> tuple
     present = [clip for clip in clips if clip.path]
     if not present:
         raise InvalidInput(
-            f"none of the {len(clips)} recordings is available on this machine",
+            f"none of the {len(clips)} recordings is available on this machine: run `make data` to fetch them,"
+            " or name their folder in data.mirror= or MOCAP_MIRROR",
             listing.raw,
-            "`make data` to fetch them, or their folder in data.mirror= (or MOCAP_MIRROR)",
             code="not_fetched",
         )
     absent = [clip for clip in clips if not clip.path]
@@ -185,7 +185,7 @@ def listed_clips(listing: Listing, sources: Sequence[str], action: str) -> tuple
 
 
 def _mismatch(path: Path, name: str, digests: Mapping[str, str]) -> Remark:
-    """Return a remark if a file, or a file that is read with it, differs from the table; else an empty remark."""
+    """Return a remark if a recording, or a file read with it, differs from the table; otherwise an empty remark."""
     top = path.parents[len(PurePosixPath(name).parts) - 1]
     for file in _read_together(path):
         listed_as = Path(os.path.relpath(file, top)).as_posix()
@@ -193,7 +193,7 @@ def _mismatch(path: Path, name: str, digests: Mapping[str, str]) -> Remark:
         if received != expected:
             sentence = str(
                 InvalidInput(
-                    "the file differs from the listed recording: run `make data` to fetch it again",
+                    "the file differs from the table of recordings: run `make data` to fetch it again",
                     listed_as,
                     f"sha256 {expected[:12]}…" if expected else "a file that the table lists",
                     f"{received[:12]}…",
@@ -246,7 +246,7 @@ def folder_clips(
     if not path or not folder.is_dir():
         expected = "the folder of the recordings; data.pattern=NAME selects files in it"
         raise InvalidInput(
-            "must be a folder that exists", "data.path", expected, path or "nothing", code="no_folder"
+            "must be an existing folder", "data.path", expected, path or "nothing", code="no_folder"
         )
     try:
         files = sorted(p for p in folder.glob(pattern) if p.is_file() and not p.name.startswith("."))

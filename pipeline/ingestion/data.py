@@ -35,7 +35,7 @@ class SyntheticData(SyntheticPeople):
     """Data set of synthetic people."""
 
     def request(self, corpus: Corpus, skeleton: Skeleton, seed: int, workers: int) -> Request:
-        """Return the request for synthetic people."""
+        """Return the request from which the ingest stage makes clips of synthetic people."""
         others = ("performances", "clips", "populations")
         alone = {name: value for name, value in vars(self).items() if name not in others}
         makers: dict[str, tuple[dict[str, Any], Callable[[], Clips], ModuleType]] = {
@@ -93,11 +93,11 @@ class Recordings(Data):
         return NamedClips(limit=self.walkers)
 
     def choose(self, corpus: Corpus, clips: list[Clip]) -> list[Clip]:
-        """Select clips up to the limit: all walks of the first people, or other clips of alternating people."""
+        """Select clips up to the limit: all walks of the first people, or other clips of people in alternation."""
         return (first_people if corpus is WALKS else in_turn)(clips, self.named(corpus).limit)
 
     def request_for(self, corpus: Corpus, clips: Sequence[Clip], workers: int, missing: Missing) -> Request:
-        """Return the request for clips of these recordings.
+        """Return the request from which the ingest stage makes clips of these recordings.
 
         `missing` applies to walks; other kinds of clips need all joints.
         """
@@ -163,7 +163,7 @@ class RecordedData(Recordings):
             )
 
     def request(self, corpus: Corpus, skeleton: Skeleton, seed: int, workers: int) -> Request:
-        """Return the request for the recordings in the table; unavailable recordings come last."""
+        """Return the request for clips of the recordings in the table; unavailable recordings come last."""
         self.require(corpus)
         skeletons = {name: mappings.shipped()[name] for name in self.skeletons}
         listing = Listing(self.listing, Path(self.raw), self.mirrors, skeletons, self.same_person)
@@ -180,9 +180,9 @@ class RecordedData(Recordings):
 
 
 BY_FOLDER = "^(.+?)/"
-"""Value of `FolderData.person` if each person has a folder."""
+"""Pattern for the option `data.person` if each person has a folder."""
 WHOSE = f"'{BY_FOLDER}' if each folder is of one person, '([^/_.]+)[^/]*$' if all files are of one person"
-"""Advice on `FolderData.person` if several folders have files with the same name."""
+"""Advice on the option `data.person` if several folders have files with the same name."""
 
 
 class FolderData(Recordings):

@@ -28,7 +28,7 @@ from pipeline.skeleton.source_mapping import SourceMapping, UpAxis
 from pipeline.validation import InvalidInput, listed, told_apart
 
 MAX_MOTION = 0.02
-"""Largest motion (upper quartile over points of the rms) of a person who stands still, relative to body size."""
+"""Largest motion of a person who stands still (upper quartile over points of the rms motion), relative to body size."""
 
 SLACK = 0.012
 """Largest rms change of the distances between points on a rigid segment, relative to leg length (about 10 mm)."""
@@ -41,13 +41,13 @@ _SEGMENTS = (("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow"
 """Segments, each with its upper and its lower joint."""
 
 _AT_A_JOINT = re.compile(r"kne|(?<!sh)ank|hip|hjc|troch|condy|asi|ias|elb|wri|sho|acr|foot|heel|calc|hand")
-"""Pattern of words in the names of points at joints, which do not belong to a technical cluster."""
+"""Pattern of words in the names of markers at joints; such markers do not belong to a technical cluster."""
 
 EXCHANGED = "labels_exchanged"
 """Code of a remark on exchanged left and right labels."""
 
 EXCHANGE_RATIO = 1.5
-"""Path length with the given labels over that with exchanged labels, above which an exchange is assumed."""
+"""Ratio of path lengths, with recorded to exchanged labels, above which labels are assumed to be exchanged."""
 
 MIN_JUMP = 0.05
 """Shortest jump that counts as an exchange of labels, relative to the rms distance of the points from their centre."""
@@ -56,7 +56,7 @@ MAX_GAP_S = 0.25
 """Longest gap, s, across which an exchange of labels is detected."""
 
 MAX_EXCHANGED = 0.25
-"""Largest share of frames in which exchanged labels are repaired; above it, the correct labels are unknown."""
+"""Largest fraction of frames in which exchanged labels are repaired; above it, the correct labels are unknown."""
 
 
 def read_clip(clip: Clip) -> tuple[MotionCapture, np.ndarray, np.ndarray]:
@@ -71,12 +71,15 @@ def read_clip(clip: Clip) -> tuple[MotionCapture, np.ndarray, np.ndarray]:
     """
     if clip.path is None:
         raise InvalidInput(
-            "the file is not available", expected="`make data` to fetch it", code="not_fetched"
+            "the recording is not available on this machine: run `make data` to fetch it",
+            code="not_fetched",
         )
     if clip.mismatch:
         raise InvalidInput(clip.mismatch, code=clip.mismatch.code)
     if digest(clip.path) != clip.sha256:
-        raise InvalidInput("the file changed during this run", clip.name, code="file_changed")
+        raise InvalidInput(
+            "the file of the recording changed during this run", clip.name, code="file_changed"
+        )
     stated: dict[str, Any] = {"frame_rate_hz": clip.frame_rate_hz or None, "units": clip.units or None}
     motion = formats.read(clip.path, **stated, up=clip.up)
     candidates = [clip.mapping] if clip.mapping else list(mappings.shipped().values())
@@ -124,7 +127,10 @@ def standing(path: Path, *, units: str | None = None, frame_rate_hz: float | Non
         stamp = path.stat().st_mtime_ns
     except OSError as error:
         raise InvalidInput(
-            "the file cannot be read", path.name, received=error.strerror or "", code="unreadable"
+            "the file of the static trial cannot be read",
+            path.name,
+            received=error.strerror or "",
+            code="unreadable",
         ) from None
     posture, share = _posture(path, stamp, units, frame_rate_hz)
     if share > MAX_MOTION:
@@ -142,7 +148,7 @@ def standing(path: Path, *, units: str | None = None, frame_rate_hz: float | Non
 def _posture(
     path: Path, stamp: int, units: str | None, frame_rate_hz: float | None
 ) -> tuple[MotionCapture, float]:
-    """Return a static trial's posture (the median position of each measured point), and the motion as by `moves`."""
+    """Return the posture of a static trial (median positions), and the person's motion relative to body size."""
     motion = formats.read(path, units=units, frame_rate_hz=frame_rate_hz)
     measured = np.flatnonzero(motion.valid.any(axis=0))
     median = np.nanmedian(motion.positions_mm[:, measured], axis=0)
@@ -171,7 +177,7 @@ def _size(positions: np.ndarray) -> float:
 def carry(
     motion: MotionCapture, posture: MotionCapture, name: str, candidates: Sequence[SourceMapping]
 ) -> MotionCapture:
-    """Add the missing markers of a static trial to a recording, moved rigidly with clusters of points.
+    """Add to a recording the markers that only the static trial has, moved rigidly with clusters of points.
 
     Parameters
     ----------
@@ -192,7 +198,10 @@ def carry(
     if not fit.usable:
         lacking = listed(fit.lacking)
         raise InvalidInput(
-            "the static trial lacks legs or pelvis", name, received=f"no {lacking}", code="no_legs"
+            "the static trial lacks markers of the legs or the pelvis",
+            name,
+            received=f"no {lacking}",
+            code="no_legs",
         )
     standing_points = with_z_up(posture.positions_mm[0], up_axis(posture, fit.mapping))
     mapped, _ = map_joints(posture, fit.mapping)
@@ -265,7 +274,7 @@ def _loose_clusters(
     segment: int,
     factor: float,
 ) -> Iterator[str]:
-    """Yield a text for each cluster on a segment that does not fit the static trial, with its residual in mm."""
+    """Yield a text for each cluster of a segment that does not fit the static trial, with the residual in mm."""
     for group in technical_clusters(motion):
         shared = [k for k in group if plain_name(motion.names[k]) in static_index]
         static = standing[[static_index[plain_name(motion.names[k])] for k in shared]]
@@ -276,7 +285,7 @@ def _loose_clusters(
 
 
 def _segment_of(point: np.ndarray, ends: np.ndarray) -> int:
-    """Return the index of the nearest segment (S, 2, 3) on which the projection of a point lies; -1 if none."""
+    """Return the index of the nearest segment (S, 2, 3) onto which a point projects; -1 if there is no such segment."""
     along = ends[:, 1] - ends[:, 0]
     share = ((point - ends[:, 0]) * along).sum(axis=-1) / (along**2).sum(axis=-1)
     away = np.linalg.norm(point - ends[:, 0] - share[:, None] * along, axis=-1)
@@ -313,8 +322,8 @@ def joints_of(
         if not fit.usable:
             lacking = listed(fit.lacking)
             raise InvalidInput(
-                "no shipped mapping gives legs and pelvis of this recording",
-                expected="`python -m pipeline inspect FILE write=my_lab.yaml`, then skeleton=my_lab.yaml",
+                "no shipped mapping gives legs and pelvis of this recording: write a mapping with"
+                " `python -m pipeline inspect FILE write=my_lab.yaml`, then use skeleton=my_lab.yaml",
                 received=f"best fit {fit.mapping.name}, which lacks {lacking}",
                 code="no_mapping",
                 mapping=fit.mapping.name,

@@ -24,28 +24,28 @@ from pipeline.skeleton.source_mapping import Lowering, Rule, SourceMapping, UpAx
 from pipeline.validation import InvalidInput, listed
 
 PHASES, FRAMES, ROUNDS, HEADINGS = 8, 24, 4, 12
-"""Number of walker phases, of frames, of alternations between alignment and assignment, and of initial headings."""
+"""Numbers of walker phases, of frames, of alternations between alignment and assignment, and of initial headings."""
 
 NEIGHBOURS_MM = 160.0
-"""Largest distance between the two points on opposite sides of a joint, scaled to leg length `LEG_MM`."""
+"""Largest distance, mm at leg length `LEG_MM`, between two points on opposite sides of a joint."""
 
 UNNAMED_PENALTY_MM = 250.0
-"""Penalty, added to the distance, for a point whose name does not contain the joint's name."""
+"""Penalty, mm, added to the distance of a point whose name does not contain the joint's name."""
 
 MAX_SIDE_POINTS = 200
-"""Largest number of points on a side of the body for which pairs are considered; a dense surface has more."""
+"""Largest number of points on one side of the body for which pairs are considered; surface scans have more."""
 
 TINY = 1e-9
-"""Smallest scale; it avoids division by zero if all points coincide."""
+"""Smallest scale of the walker; it avoids division by zero if all points coincide."""
 
 FAR_MM = 0.4 * LEG_MM
-"""Distance assumed for a joint without a point, and upper limit of distances when the phase is selected."""
+"""Distance, mm, assumed for a joint without a point, and upper limit of distances in the choice of the phase."""
 
 MAX_UNNAMED_MM = 0.2 * LEG_MM
-"""Largest distance from the walker's joint of a point named after a segment, or not named after the joint."""
+"""Largest distance, mm, from a joint to a point that is named after a segment, or not named after the joint."""
 
 MAX_NAMED_MM = 2 * FAR_MM
-"""Largest distance from the walker's joint of a point that is named after the joint."""
+"""Largest distance, mm, from a joint to a point that is named after the joint."""
 
 PART_NAMES = {
     "head": ("head", "hd", "nose", "ear", "skull"),
@@ -61,7 +61,7 @@ PART_NAMES = {
 """Words that identify the points of each joint by their names."""
 
 SEGMENT = re.compile("thigh|shin|shank")
-"""Pattern of words for segments, whose markers may be far from the joint at the upper end."""
+"""Pattern of words for segments; a marker with such a name may be far from the segment's upper joint."""
 
 NOT_A_POINT = re.compile(r"angle|force|moment|power|grf|progress", re.IGNORECASE)
 """Pattern of words in the names of model outputs, which C3D files store in the same way as points."""
@@ -112,7 +112,7 @@ def propose(motion: MotionCapture, name: str) -> SourceMapping:
     assignment = min((body.matched(start, cycle) for start in starts), key=lambda fit: fit[0])[1]
     if not assignment:
         raise InvalidInput(
-            "no point is near a joint of a walker",
+            "no point of the recording is near a joint of the average walker",
             name,
             received=f"points {listed(names)}",
             code="no_joint_like",
@@ -135,7 +135,7 @@ def propose(motion: MotionCapture, name: str) -> SourceMapping:
 
 
 def _regressed(motion: MotionCapture, hips: set[str]) -> tuple[dict[str, Rule], dict[str, Lowering]]:
-    """Return rules and lowering of hips and pelvis, from the first regression whose points are in the file.
+    """Return rules and downward shifts for hips and pelvis, from the first regression whose points are in the file.
 
     The result is empty if `hips`, the points assigned to the hips, are not points of a regression.
     """
@@ -259,7 +259,7 @@ class _Body:
                 yield start
 
     def matched(self, anchors: np.ndarray, cycle: np.ndarray) -> tuple[float, Assignment]:
-        """Return the mean cost of the joints, mm at leg length `LEG_MM`, and the points of each joint."""
+        """Fit the walker to estimated joints; return their mean cost, mm at leg length `LEG_MM`, and their points."""
         cost, assignment = np.inf, Assignment()
         for _ in range(ROUNDS):
             walker, scale = _aligned(anchors, cycle)
@@ -318,7 +318,7 @@ class _Body:
         return cost, assignment
 
     def _distances(self, candidate: Points, walker: np.ndarray) -> np.ndarray:
-        """Return a point's mean distance (15,) from each joint of the walker (F, 15, 3); infinite if never measured."""
+        """Return a point's mean distance (15,) from the walker's joints (F, 15, 3); infinite for a missing point."""
         point = self._centre(candidate)
         measured = np.isfinite(point).all(axis=-1)
         distances = np.linalg.norm(point[measured, None] - walker[measured], axis=-1)

@@ -21,7 +21,7 @@ from pipeline.validation import InvalidInput
 
 
 def recorded_walks(clips: Sequence[Clip], steady: Steady, workers: int, missing: Missing) -> Walks:
-    """Return the steady walks in recordings; with `Missing.drop`, a joint that any walk lacks is left out of all."""
+    """Return the steady walks in recordings; `Missing.drop` leaves out of all walks each joint that a walk lacks."""
     prepared = read_and_prepare(
         clips, walks.REPORT_COLUMNS, lambda raw: walks.steady_walk(raw, steady), workers
     )
@@ -65,7 +65,7 @@ def read_and_prepare(
     prepare_one: Callable[[RawClip], PreparedClip],
     workers: int,
 ) -> list[PreparedClip]:
-    """Read and prepare recordings; an unreadable recording becomes a row of the report that rejects it.
+    """Read and prepare recordings; a recording that cannot be read is rejected in the report.
 
     Identical points under the names of two people are rejected in both recordings, because the person is unclear.
     Other recordings that may be of the same person get a remark, see `one_person`.
@@ -100,7 +100,8 @@ def read_and_prepare(
         others = [other for other in alike[digest] if digest and other["person"] != row["person"]]
         if others:
             reason = InvalidInput(
-                f"the same points as {others[0]['clip']}, which has the name of {others[0]['person']}",
+                f"the recording has the same points as {others[0]['clip']},"
+                f" which is listed under the name of {others[0]['person']}",
                 f"{row['clip']} of {row['person']}",
                 "a recording of one person under one name",
                 code="same_points",

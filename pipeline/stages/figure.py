@@ -69,7 +69,7 @@ def _publish(
     *,
     complete: bool = True,
 ) -> list[Verdict]:
-    """Publish a figure with the given tables; without recording and digest of sources unless `complete`."""
+    """Publish a figure with the given tables; only a `complete` figure has a recording and a digest of its sources."""
     experiment, figure, outputs = inputs.experiment, inputs.experiment.figure, dict(outputs)
     with publish(folder, having="figure") as publication:
         for name, table in outputs.items():

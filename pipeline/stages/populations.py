@@ -71,7 +71,7 @@ def _without_intervals(table: pd.DataFrame, number: int) -> pd.DataFrame:
 def sweep_population(
     experiment: Experiment, store: Store, number: int, *, shown: bool = False
 ) -> list[Stored[Any]]:
-    """Return the sweep's results on one population: the parts that tables need, or all parts if `shown`."""
+    """Return the sweep's results on one population: those that the tables need, or all results if `shown`."""
     model, clips = experiment.model, ingest.run(experiment, store, number)
 
     @cache
@@ -103,7 +103,7 @@ def sweep_population(
 def inputs_of(
     experiment: Experiment, number: int, store: Store, *, shown: bool = False
 ) -> FigureInputs[Any, Any, Any]:
-    """Return the inputs of the figure for one population; a model that no table needs is learnt only if `shown`."""
+    """Return the inputs of a figure for one population; a model that no table needs is learnt only if `shown`."""
     model, sweep, workers = experiment.model, experiment.sweep, experiment.workers if shown else 1
     clips = ingest.run(experiment, store, number).value
     samples = experiment.dataset.build(clips, workers=workers)

@@ -32,18 +32,18 @@ DIRECT = (
 """Name prefixes of the figures whose numbers are computed without a search and without iterative refinement."""
 
 CLOSED_FORM, SEARCHED = 1e-5, 1e-3
-"""Relative tolerance of figures computed without iterative methods, and of figures computed with them.
+"""Relative tolerances for tables of figures computed without iterative methods, and with iterative methods.
 
 The differences between two BLAS kernels at full scale were at most 1.7e-7 (zhang2007_fig3, zhang2004_fig3) and 7.9e-5
 (zhang2007_fig6, park2011_fig3c).  The tests measure smoke tables over eight kernels.
 """
 
 ABSOLUTE_TOLERANCE = 1e-6
-"""Absolute difference below which numbers agree; tables contain millimetres, degrees and fractions."""
+"""Absolute difference (in millimetres, degrees or fractions) below which two numbers in tables agree."""
 
 
 Alike = Callable[[str, str, Table, Table], tuple[Table, Table]]
-"""Type of a function of figure name, table name, archived and new columns that returns the columns to compare."""
+"""Type of a function that selects comparable columns, given figure name, table name, archived table and new table."""
 
 
 @dataclass(frozen=True)
@@ -131,7 +131,7 @@ def _stated(kept: Path) -> dict[str, float]:
                 most = np.nan
             if not is_relative(row["table"]):
                 raise InvalidInput(
-                    "the table must have a relative path inside its folder",
+                    "a table must be listed with a relative path inside the figure's folder",
                     f"{DIGITS}: table",
                     received=row["table"],
                     code="not_plain_path",
@@ -154,14 +154,15 @@ def _compared(kept: Path, made: Path, name: str, most: float, alike: Alike | Non
 
 
 def _verdicts(kept: Path, made: Path, most: float) -> Agreement:
-    """Compare the values of claims, within the largest tolerance of the figure's tables, and the verdicts, exactly."""
+    """Compare the verdicts exactly, and the values of claims within the largest tolerance of the figure's tables."""
     before, now = (
         {row["claim"]: row for row in tables.read_rows(_there(folder, CLAIMS))} for folder in (kept, made)
     )
     for folder, rows in ((kept, before), (made, now)):
         if lacking := [name for name in ANSWERS for row in rows.values() if name not in row]:
             raise InvalidInput(
-                f"the claims lack the columns {', '.join(dict.fromkeys(lacking))}: another version judged them",
+                f"the claims lack the columns {', '.join(dict.fromkeys(lacking))}:"
+                " another version of this software judged the claims",
                 folder / CLAIMS,
                 code="other_rule",
                 lacking=sorted(set(lacking)),

@@ -22,7 +22,7 @@ from pipeline.validation import InvalidInput, is_relative, require_name
 CHECKSUMS = "SHA256SUMS"
 
 Files = dict[str, Path | bytes]
-"""Files of an archive by name: each as the path of a file to copy, or as its content."""
+"""Files of an archive by name, each as the path of a file to copy or as the content of the file."""
 
 
 def keep(
@@ -73,7 +73,7 @@ def keep(
         }
         if not (target / CHECKSUMS).is_file() or verify(target) or _read_sums(target) != expected:
             raise InvalidInput(
-                "the archive already has other results of this date and commit",
+                "the archive already has different results for this date and commit",
                 f"{name}/{data}",
                 code="other_content",
             )
@@ -138,7 +138,7 @@ def traced_files(
     current: Collection[str] = (),
     scale: str = "full",
 ) -> Files:
-    """Return the files of an archive other than the figures, after checking that each figure's origin is documented.
+    """Return the files of an archive except the figures, after checking that the origin of each figure is documented.
 
     The manifest of each figure must state its ``scale`` and, as ``provenance``, the facts of `provenance.provenance`.
 
@@ -166,7 +166,7 @@ def traced_files(
     """
     if not re.fullmatch(r"\d{4}-\d{2}-\d{2}", date):
         raise InvalidInput(
-            "the archive's date is not a date", expected="2026-01-31", received=date, code="not_a_date"
+            "the date of the archive is malformed", expected="2026-01-31", received=date, code="not_a_date"
         )
     if not re.fullmatch(r"[0-9a-f]{40}", commit):
         raise InvalidInput(
@@ -182,7 +182,9 @@ def traced_files(
             code="uncommitted_changes",
         )
     if not lock.is_file():
-        raise InvalidInput("the lock file is missing", lock.name, code="no_file")
+        raise InvalidInput(
+            "the lock file with the versions of packages is missing", lock.name, code="no_file"
+        )
     if not figures:
         raise InvalidInput("there is no figure to archive", source, code="no_figure")
     for figure in sorted(set(figures)):
@@ -219,7 +221,7 @@ def verify(archive: Path) -> list[str]:
 
 
 def _not_sealed(archive: Path, sums: dict[str, str]) -> list[str]:
-    """Return a complaint if an archive's manifest is damaged or contradicts the list of checksums; else empty."""
+    """Return a complaint if an archive's manifest is damaged or contradicts the checksums; otherwise an empty list."""
     try:
         files = folders.read_manifest(archive)["files"].items()
     except InvalidInput as complaint:
@@ -230,14 +232,14 @@ def _not_sealed(archive: Path, sums: dict[str, str]) -> list[str]:
 
 
 def check_figure(folder: Path, *, commit: str, lock: Path, scale: str, current: bool) -> None:
-    """Raise InvalidInput unless a folder has a finished figure of the given scale, made with the given lock file.
+    """Raise InvalidInput unless a folder has a finished figure of the given scale, lock file and commit.
 
     The figure must come from this commit, or be `current`: this commit's sources would reproduce it.  An empty scale
     stands for any.
     """
     where = f"{folder.parent.parent.name}/{folder.parent.name}/{folder.name}"
     if not folder.is_dir():
-        raise InvalidInput("the figure has not been made", where, code="not_made")
+        raise InvalidInput("the figure has not been computed yet", where, code="not_made")
     if complaints := folders.complaints_about(folder):
         raise InvalidInput(f"the result is unfinished or damaged: {complaints[0]}", where, code="unfinished")
     manifest = folders.read_manifest(folder)
@@ -290,7 +292,7 @@ def _read_sums(archive: Path) -> dict[str, str]:
         match = re.fullmatch(r"([0-9a-f]{64})  (\S.*)", line)
         if not match or not is_relative(match[2]):
             raise InvalidInput(
-                "the line is not a checksum",
+                "the line does not contain the checksum of a file",
                 f"{archive.name}/{CHECKSUMS}, line {number}",
                 "64 hexadecimal digits, two spaces, a name inside the archive",
                 code="not_understood",

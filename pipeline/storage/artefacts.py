@@ -28,7 +28,7 @@ from pipeline.validation import InvalidInput
 ARRAYS = "arrays.npz"
 
 _KINDS = "biufcUSV"
-"""NumPy's codes of the kinds of data types that can be stored without pickle."""
+"""NumPy's codes of the data types that can be stored without pickle."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -134,7 +134,7 @@ def fixed(arrays: Mapping[str, Any], stage: str) -> Mapping[str, np.ndarray]:
             )
         if not re.fullmatch(r"\w[\w.\-/]*", name) or name.endswith(".npy"):
             raise InvalidInput(
-                "the name of an array cannot be used in a file",
+                "the name of an array cannot be used as a file name",
                 stage,
                 received=repr(name),
                 code="unusable_name",
@@ -156,7 +156,7 @@ def packed(arrays: Mapping[str, np.ndarray]) -> bytes:
 
 
 def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
-    """Return the differences between the origins of two artefacts of the same stage, as phrases."""
+    """Return phrases for the changes of code, libraries, options and inputs between two artefacts of a stage."""
     changes = []
     if before["code"] != now["code"]:
         changes.append("code changed")

@@ -101,7 +101,7 @@ def used_plugins(modules: Iterable[str], files: Iterable[str]) -> list[dict[str,
 
 
 def require_plugins(used: Sequence[Mapping[str, str]], where: object) -> list[str]:
-    """Return the paths of the loaded users' files that have the same content as the files behind a result.
+    """Return the paths of the loaded users' files that equal the users' files with which a result was computed.
 
     Raises
     ------

@@ -33,7 +33,7 @@ Replace = bool | Callable[[bytes], bool]
 
 @dataclass
 class Publication:
-    """Publication that is being prepared.
+    """Folder of results that is being prepared for publication.
 
     Attributes
     ----------
@@ -147,5 +147,5 @@ def _require_outside(path: Path) -> None:
     for folder in (above := path.parent.resolve(), *above.parents):
         if is_sealed(folder):
             raise InvalidInput(
-                "must not be inside a published folder", path, received=folder, code="inside_published"
+                "must not be a path inside a published folder", path, received=folder, code="inside_published"
             )

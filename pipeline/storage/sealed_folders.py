@@ -30,7 +30,7 @@ from pipeline.validation import InvalidInput, is_relative
 
 MANIFEST = "manifest.json"
 TYPE = "<type>"
-"""Key of the class name in the canonical form; it distinguishes classes with equal fields."""
+"""JSON key that stores the name of a dataclass in canonical form; it distinguishes classes with equal fields."""
 
 CANNOT_WRITE = {
     errno.ENOSPC,
@@ -99,7 +99,7 @@ ARTEFACT = ("stage", "key", "notes", "options", "inputs", "code", "libraries")
 
 
 def _process_space() -> str:
-    """Return six hexadecimal digits that identify the space of process ids: machine, boot and container.
+    """Return six hexadecimal digits that identify the machine, boot and container, within which process ids are unique.
 
     Two containers may share a host name and a folder of results, but have separate process numbers.
     """
@@ -112,9 +112,9 @@ def _process_space() -> str:
 
 
 _HERE = _process_space()
-"""Part of the names of temporary folders that identifies the space of process ids, since disks may be shared."""
+"""Digits that identify machine and container in names of temporary folders, because machines may share a disk."""
 _TEMPORARY = re.compile(r"\.(tmp|old)-(\d+)-([0-9a-f]{6})[0-9a-f]{8}(?:-(.+))?")
-"""Pattern of the names of temporary folders and replaced folders: kind, process id, machine, folder name."""
+"""Pattern of the names of temporary folders and replaced folders: kind, process id, machine digits, folder name."""
 _live_temporaries: set[str] = set()
 
 
@@ -141,7 +141,7 @@ def canonical(value: Any, where: str = "options") -> Any:
     if isinstance(value, Mapping):
         if strange := [k for k in value if not isinstance(k, str)]:
             raise InvalidInput(
-                "the key cannot be stored", where, "text", repr(strange[0]), code="key_not_text"
+                "the key of a mapping cannot be stored", where, "text", repr(strange[0]), code="key_not_text"
             )
         return {key: canonical(value[key], f"{where}.{key}") for key in sorted(value)}
     if isinstance(value, list | tuple):
@@ -151,7 +151,7 @@ def canonical(value: Any, where: str = "options") -> Any:
     if value is None or isinstance(value, bool | int | float | str):
         return value
     raise InvalidInput(
-        "the value cannot be stored",
+        "a value of this type cannot be stored",
         where,
         "a number, text, enum, list, mapping or dataclass",
         type(value).__name__,
@@ -195,7 +195,7 @@ def sync(folder: Path) -> None:
 
 
 def write_manifest(folder: Path, facts: Mapping[str, Any]) -> None:
-    """Write ``manifest.json``: the facts, size and sha256 of every file, and a digest of the manifest (the seal)."""
+    """Write ``manifest.json``: the facts, size and sha256 of every file, and the manifest's own digest (the seal)."""
     files = {}
     for path in sorted(p for p in folder.rglob("*") if p.is_file() and p != folder / MANIFEST):
         sync(path)
@@ -260,7 +260,7 @@ def is_sealed(folder: Path) -> bool:
 
 
 def _edition(folder: Path) -> tuple[int, ...]:
-    """Return values that change whenever a folder is replaced or gets a new entry; empty if it is missing.
+    """Return values that change when a folder is replaced or gets a new entry; empty if the folder does not exist.
 
     The values are the folder's device, inode and times.
     """
@@ -303,7 +303,7 @@ def require_replaceable(folder: Path, *, having: str = "") -> None:
     else:
         return
     raise InvalidInput(
-        f"the folder is not replaced, since this program did not publish it: {reason}. Move it away",
+        f"the folder is not replaced, since this program did not publish it: {reason}. Move the folder away",
         folder,
         code="not_replaced",
         why=why,
@@ -350,7 +350,7 @@ def visible(folder: Path, pattern: str) -> list[Path]:
 
 @contextmanager
 def temporary_folder(parent: Path) -> Iterator[Path]:
-    """Yield a new folder inside `parent`; after the ``with`` block, remove it unless it was renamed."""
+    """Yield a new temporary folder inside `parent`, and remove it after the ``with`` block unless it was renamed."""
     path = parent / f".tmp-{_tag()}"
     _live_temporaries.add(path.name)
     try:
@@ -380,7 +380,7 @@ def swap_in(temporary: Path, folder: Path) -> None:
             require_replaceable(folder)
             if conflicts := [name for name in _not_listed(folder) if os.path.lexists(temporary / name)]:
                 raise InvalidInput(
-                    "the file is in the way, and this program did not write it: move it away",
+                    "a new file has the name of this file, which this program did not write: move it away",
                     folder / conflicts[0],
                     code="not_ours",
                 )

@@ -14,7 +14,7 @@ from pipeline.plugins import edition, source_of
 from pipeline.storage.sealed_folders import digest
 
 Code = tuple[str, frozenset[tuple[str, str]]]
-"""Digest of a module's syntax tree, and pairs of a module and a name that is imported from it."""
+"""Digest of a module's syntax tree, and the imported names, each with the module from which it is imported."""
 
 
 def sources_digest(modules: Iterable[str]) -> str:
@@ -67,7 +67,7 @@ def _module(name: str, _: object) -> tuple[str, frozenset[str]]:
 
 @functools.cache
 def _parsed(content: bytes) -> Code:
-    """Return the code of a module from its source text, without any docstrings."""
+    """Return the digest of a module's code without docstrings, and the names that the code imports."""
     tree = ast.parse(content)
     imports: set[tuple[str, str]] = set()
     # Imports for type checking do not run.

@@ -1,4 +1,4 @@
-"""Store of artefacts: found by a key, written atomically, and verified when read.
+"""Store of artefacts, which are identified by a key, written atomically, and verified when they are read.
 
 An *artefact* is the result of a stage: named arrays and notes, in ``cache/<stage>-<key>/`` as ``arrays.npz`` and
 ``manifest.json``.  The key is a digest of everything on which the artefact depends: options, sources, numerical

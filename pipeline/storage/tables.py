@@ -63,7 +63,7 @@ def write(
     lengths = {name: len(array) for name, array in arrays.items()}
     if len(set(lengths.values())) > 1:
         raise InvalidInput(
-            "the columns differ in length",
+            "the columns of the table differ in length",
             path.name,
             received=", ".join(f"{name} {length}" for name, length in lengths.items()),
             code="other_length",
@@ -71,7 +71,7 @@ def write(
         )
     if missing := [name for name in sort_by if name not in arrays]:
         raise InvalidInput(
-            f"cannot sort by {missing[0]!r}",
+            f"the table cannot be sorted by {missing[0]!r}, a column that it lacks",
             path.name,
             "one of " + ", ".join(arrays),
             code="no_column",
@@ -101,7 +101,7 @@ def renew(
     sort_by: Sequence[str],
     replace: Replace = True,
 ) -> None:
-    """Write rows into a table; the new rows replace the table's stale rows.
+    """Write rows into a table, in place of the table's outdated rows.
 
     Parameters
     ----------
@@ -208,7 +208,7 @@ def compare(
 def relative_differences(
     first: Path | Table, other: Path | Table, *, absolute: float = 1e-9
 ) -> dict[str, float]:
-    """Return, for each column, the smallest ``relative`` at which `compare` finds no difference; infinite if none.
+    """Return for each column the smallest relative tolerance at which two tables agree; infinite if they never agree.
 
     Raises
     ------
@@ -222,7 +222,7 @@ def relative_differences(
 
 
 def _unlike(a: Table, b: Table) -> str:
-    """Return the reason why the cells of two tables cannot be compared; empty if they can."""
+    """Return the reason why the cells of two tables cannot be compared; empty if the cells can be compared."""
     if list(a) != list(b):
         return f"the columns differ: {', '.join(a)} and {', '.join(b)}"
     length_a, length_b = (len(next(iter(table.values()))) for table in (a, b))
@@ -230,7 +230,7 @@ def _unlike(a: Table, b: Table) -> str:
 
 
 def needed(a: np.ndarray, b: np.ndarray, absolute: float) -> np.ndarray:
-    """Return the relative tolerance at which each pair of cells agrees; 0 for equal cells, infinite if never."""
+    """Return the smallest relative tolerance at which each pair of cells agrees; infinite if a pair never agrees."""
     if a.dtype.kind not in "if" or b.dtype.kind not in "if":
         return np.where(a.astype(str) == b.astype(str), 0.0, np.inf)
     with np.errstate(invalid="ignore", divide="ignore"):  # infinity minus infinity, zero over zero
@@ -243,7 +243,7 @@ def needed(a: np.ndarray, b: np.ndarray, absolute: float) -> np.ndarray:
 def _column(name: str, values: Any, where: str) -> np.ndarray:
     """Return a column as an array (N,) of numbers, booleans or text."""
     if not name:
-        raise InvalidInput("a column has no name", where, code="no_name")
+        raise InvalidInput("a column of the table has no name", where, code="no_name")
     if getattr(values, "dtype", None) == "str" and len(
         values
     ):  # a DataFrame column: check each distinct text once
@@ -299,7 +299,7 @@ def _escaped(text: str) -> str:
 
 
 def _restored(text: str) -> str:
-    """Return the original text that `_escaped` was applied to."""
+    """Return a text without the apostrophe that `_escaped` put in front."""
     return text[1:] if text[:1] == "'" and _escaped(text[1:]) != text[1:] else text
 
 
@@ -362,7 +362,7 @@ def _cells(path: Path, sha256: str | None = None) -> dict[str, Sequence[str]]:
                 # A table of one column has "" for an empty cell, so an empty line is a truncated row.
                 if len(row) != len(header):
                     raise InvalidInput(
-                        "the row and the header differ in length",
+                        "a row and the header of the table differ in length",
                         f"{path.name}, line {reader.line_num}",
                         f"{len(header)} cells",
                         len(row),

@@ -30,7 +30,7 @@ def result_type(method: Callable[..., Any]) -> type:
 
 
 def pack(value: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-    """Return the arrays of a dataclass by path, and its other values as a tree.
+    """Return the arrays of a dataclass by dotted path, and the other values as nested mappings.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def _is_table(part: Any) -> bool:
 
 
 def _parts(part: Any) -> dict[str, Any] | None:
-    """Return the parts of a dataclass (fields) or a mapping with arrays or dataclasses (items); None for others."""
+    """Return the fields of a dataclass, or the items of a mapping with arrays or dataclasses; None for other values."""
     if dataclasses.is_dataclass(part) and not isinstance(part, type):
         return {field.name: getattr(part, field.name) for field in dataclasses.fields(part)}
     if isinstance(part, Mapping) and any(
@@ -107,7 +107,7 @@ def _axes(kind: type) -> dict[str, tuple[list[str], bool]]:
 
 
 def _require_axes(name: str, array: np.ndarray, axes: list[str], text: bool, sizes: dict[str, int]) -> None:
-    """Raise InvalidInput if an array differs in axes or type (text, numbers) from the documentation.
+    """Raise InvalidInput if the axes or the type (text, numbers) of an array differ from the documentation.
 
     Arrays of nested dataclasses may have an additional first axis.  Axes named by a letter, ``N`` or ``N + 1``, have
     the same size in all arrays of a dataclass; the function adds new letters to `sizes`.
@@ -160,7 +160,7 @@ def unpack(kind: Any, arrays: Mapping[str, np.ndarray], notes: Any) -> Any:
 
 
 def _unpacked(kind: Any, arrays: Mapping[str, np.ndarray], notes: Any, path: str) -> Any:
-    """Return the part at a path of a dataclass, rebuilt from arrays and notes."""
+    """Return the value at a path inside a dataclass, rebuilt from stored arrays and notes."""
     optional, kind = type(None) in typing.get_args(kind), required(kind)
     origin: Any = typing.get_origin(kind) or kind
     stacked = origin in (float, int, bool) and path in arrays and arrays[path].dtype.kind in "biuf"
@@ -194,5 +194,7 @@ def _unpacked(kind: Any, arrays: Mapping[str, np.ndarray], notes: Any, path: str
         if below:
             return {name[len(prefix) :]: arrays[name] for name in arrays if name.startswith(prefix)}
     if not fits(notes, kind):
-        raise InvalidInput("the value is missing or has another type", path, kind, code="wrong_type")
+        raise InvalidInput(
+            "a stored value is missing or has an unexpected type", path, kind, code="wrong_type"
+        )
     return tuple(notes) if origin is tuple else notes

@@ -108,7 +108,7 @@ def test_help_on_a_terminal_that_knows_only_ascii() -> None:
         (["experiment=zhang2007_fig5", "model.component=3"], ["model.component:", "components"]),
         (["experiment=zhang2007_fig5", "model.components=x"], ["model.components:", "Integer"]),
         (["figures", "workers=two"], ["workers:", "two", "Integer"]),
-        (["experiment=zhang2007_fig5", "+x=1"], ["x:", "no such option"]),
+        (["experiment=zhang2007_fig5", "+x=1"], ["x:", "option does not exist"]),
         (["experiment=zhang2007_fig5", "model.components=1,2"], ["-m in front"]),
         (["figures", "data=nowhere"], ["data:", "synthetic", "got nowhere"]),
         (["figures", "walk"], ["not an override", "walk"]),
@@ -136,7 +136,7 @@ def test_a_wrong_command_is_answered_in_one_sentence(
     [
         ([], "no figure is named"),
         (["zhang2007_fig55"], "experiment must be one of"),
-        (["zhang2007_fig5", "results=nowhere"], "the recording does not exist"),
+        (["zhang2007_fig5", "results=nowhere"], "the recording file does not exist"),
     ],
 )
 def test_what_cannot_be_viewed_is_said_in_one_sentence(
@@ -554,14 +554,14 @@ def test_metres_that_are_said_to_be_metres_are_read(
 @pytest.mark.parametrize(
     ("make", "overrides", "words"),
     [
-        (lambda folder: None, [], ["data.path must be a folder that exists"]),
+        (lambda folder: None, [], ["data.path must be an existing folder"]),
         (lambda folder: folder.mkdir(), [], ["no motion capture", ".c3d", "an empty folder"]),
         (
             lambda folder: (folder.mkdir(), (folder / "walk.fbx").write_text("x")),
             [],
             ["no motion capture", ".fbx"],
         ),
-        (lambda folder: folder.write_text("x"), [], ["data.path must be a folder that exists"]),
+        (lambda folder: folder.write_text("x"), [], ["data.path must be an existing folder"]),
         (lambda folder: folder.mkdir(), ["data.pattern="], ["data.pattern"]),
         (lambda folder: folder.mkdir(), ["data.pattern=/*.c3d"], ["data.pattern"]),
         (
@@ -638,7 +638,7 @@ def test_a_listed_recording_that_was_changed_is_refused_and_the_others_are_used(
     assert {name: row["verdict"] for name, row in report.items()} == {
         "anna_1": "kept", "bela_1": "refused", "cleo_1": "kept", "dora_1": "kept"
     }  # fmt: skip
-    assert report["bela_1"]["reason"].startswith("bela_1.csv: the file differs from the listed recording")
+    assert report["bela_1"]["reason"].startswith("bela_1.csv: the file differs from the table of recordings")
     assert f"expected sha256 {hashlib.sha256(content).hexdigest()[:12]}…" in report["bela_1"]["reason"]
     assert "1 of 4 clips are rejected" in message.out
 
@@ -718,7 +718,7 @@ def test_the_users_own_data_do_not_take_the_place_of_another_data_set(
     for name in ("synthetic", "optical"):
         message = say(*of_folder(walks, tmp_path / "results", f"data.name={name}"))
         assert (message.status, message.result) == (1, "")
-        assert_one_sentence(message.err, f"data.name must not be that of another data set (got {name})")
+        assert_one_sentence(message.err, f"data.name must not be the name of another data set (got {name})")
     assert not (tmp_path / "results").exists()
 
 
@@ -1078,5 +1078,5 @@ def test_help_of_reconstruct_names_every_option_and_no_other(say: Callable) -> N
 def test_an_option_without_its_group_is_named_with_it(say: Callable) -> None:
     message = say("reconstruct", "frame_rate_hz=25")
     assert (message.status, message.err) == (
-        1, "frame_rate_hz: there is no such option (expected input.frame_rate_hz)\n"
+        1, "frame_rate_hz: this option does not exist (expected input.frame_rate_hz)\n"
     )  # fmt: skip

@@ -157,7 +157,8 @@ def test_the_last_folder_of_results_counts() -> None:
         ("title: \udce9\n", r"broken\.yaml \(save it as UTF-8\): 'utf-8' codec can't decode byte 0xe9"),
         (
             "defaults:\n  - zhang2004_fig2\n",
-            r"experiment/broken\.yaml, name must equal the name of the file \(expected broken, found zhang2004_fig2\)",
+            r"experiment/broken\.yaml, name must equal the name of the preset's file"
+            r" \(expected broken, found zhang2004_fig2\)",
         ),
     ],
 )

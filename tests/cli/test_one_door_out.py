@@ -250,7 +250,7 @@ def test_a_file_goes_neither_over_its_source_nor_into_a_published_folder(
     before = contents(given)
     option, end = ("write", "yaml") if command == "inspect" else ("to", "csv")
     message = say(command, f"{given}/walk.c3d", f"{option}={given}/{FIGURE}/table.{end}", "replace=true")
-    assert (message.status, "must not be inside a published folder" in message.err) == (1, True)
+    assert (message.status, "must not be a path inside a published folder" in message.err) == (1, True)
     if command == "export":
         source = tmp_path / "walk.c3d"
         shutil.copy(given / "walk.c3d", source)
@@ -268,7 +268,7 @@ def test_an_empty_results_folder_is_refused(
     monkeypatch.chdir(tmp_path)
     preset = [] if command in (["report"], ["archive"]) else ["experiment=zhang2007_fig2"]
     message = say(*command, *preset, "scale=smoke", empty)
-    assert (message.status, message.err) == (1, "results must name a folder (got nothing)\n")
+    assert (message.status, message.err) == (1, "results must name a folder for the results (got nothing)\n")
     assert list(tmp_path.iterdir()) == []
 
 

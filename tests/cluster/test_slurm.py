@@ -157,6 +157,6 @@ def test_ctrl_c_ends_the_jobs_and_the_same_command_continues(
 def test_a_job_that_slurm_rejects_is_one_sentence(slurm: Path, tmp_path: Path) -> None:
     done = finished([sys.executable, *SMOKE, *SLURM, "launch.queue=nowhere", f"results={tmp_path}"])
     assert done.returncode == 1
-    assert done.stderr.startswith("slurm: cannot be used")
+    assert done.stderr.startswith("slurm: the Dask cluster cannot be used")
     assert "partition" in done.stderr
     assert len(done.stderr.splitlines()) == 1

@@ -282,7 +282,7 @@ _COMMENT = re.compile(r"#(?<!\S#)[^\n]*")  # not inside a word: `-1.#IND` is a b
 _KEYS = ["name", "direction", "length", "axis", "dof", "order", "position", "orientation", "angle"]
 
 _Words = dict[str, list[str]]
-"""Lines of a section, split into words: the first word is the key, the other words are the value."""
+"""Lines of a section of an ASF file, split into words: the first word is the key, the others are the value."""
 
 
 def read_sections(path: Path) -> tuple[_Words, _Words, list[_Words], list[list[str]]]:
@@ -306,7 +306,7 @@ def read_sections(path: Path) -> tuple[_Words, _Words, list[_Words], list[list[s
         key, location = words[0].lower(), f"{where}, line {number}"
         if key.startswith(":"):
             if is_open:
-                raise damaged("a `begin` has no `end`", location, received=key, code="unclosed")
+                raise damaged("a `begin` line has no `end` line", location, received=key, code="unclosed")
             section = key
         elif section in (":bonedata", ":hierarchy") and key in ("begin", "end"):
             if is_open == (key == "begin"):

@@ -159,7 +159,7 @@ def _motion_header(lines: list[str], motion: int, where: str) -> tuple[int, str,
 
 
 def _rows(lines: list[str], first: int, labels: list[str], where: str) -> tuple[list[int], list[str]]:
-    """Return the line number of each frame, and the words of all frames.
+    """Return the line number of each frame of motion, and the numbers of all frames as words.
 
     Raises InvalidInput if a frame has the wrong number of words.
     """
@@ -229,7 +229,7 @@ def forward_kinematics(joints: Sequence[Joint], offsets_mm: np.ndarray, values: 
 
 
 def read_hierarchy(lines: list[str], where: str) -> tuple[list[Joint], int]:
-    """Read the joints in the order of the file, and the index of the line ``MOTION``.
+    """Return the joints of a BVH file, in the order of the file, and the index of the line ``MOTION``.
 
     Raises
     ------
@@ -319,7 +319,7 @@ def _new_joint(
     location: str,
     number: int,
 ) -> Joint:
-    """Return a new joint or end site, as a child of the joint whose brace is open."""
+    """Return a new joint or end site, as a child of the joint whose brace is still open."""
     if (key == "ROOT") == (parent >= 0):
         side = "inside" if parent >= 0 else "outside"
         raise damaged(
@@ -352,7 +352,7 @@ def _new_joint(
 
 
 def _describe(joint: Joint, key: str, words: list[str], location: str) -> None:
-    """Store the offset or the channels of a joint."""
+    """Store in a joint the offset or the channels that a line of a BVH file states."""
     received = " ".join(words)[:80]
     if key == "OFFSET":
         if joint.offset or len(words) != 3:

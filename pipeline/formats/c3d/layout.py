@@ -19,7 +19,7 @@ _COUNTER_LIMIT = 65535
 
 @dataclass(frozen=True)
 class Layout:
-    """Division of the data section into frames."""
+    """Division of the data section of a C3D file into frames."""
 
     start: int
     """Position of the first byte of the data section."""
@@ -115,7 +115,9 @@ def find_layout(
         notes.append(f"{size - ends[0]} bytes after the last frame are not read.")
         return layouts[0]
     if len(fitting) != 1:
-        what = "the file is truncated" if size < ends[0] else "not exactly one layout matches the file size"
+        what = (
+            "the file is truncated" if size < ends[0] else "the file size fits no declared layout, or several"
+        )
         raise damaged(
             f"{what}: {declared}",
             where,
@@ -136,7 +138,7 @@ def _either(counts: list[int]) -> str:
 
 
 def _trial_frames(parameters: Parameters) -> float:
-    """Return the number of frames from TRIAL:ACTUAL_START_FIELD to ACTUAL_END_FIELD; 0 if either is absent.
+    """Return the number of frames from TRIAL:ACTUAL_START_FIELD to ACTUAL_END_FIELD; 0 if a parameter is absent.
 
     Each of the two parameters is a low and a high 16-bit word.
     """

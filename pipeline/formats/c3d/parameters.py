@@ -39,7 +39,7 @@ class Parameters:
         return self.section[begin:end]
 
     def numbers(self, key: str) -> list[float]:
-        """Return the finite values of a numeric parameter, integers read as unsigned; empty if it is absent."""
+        """Return the finite values of a numeric parameter, integers read as unsigned; empty for a missing parameter."""
         kind = self.entries[key][0] if key in self.entries else 0
         if kind not in (1, 2, 4):
             return []
@@ -98,7 +98,7 @@ def read_parameters(data: bytes, header: Header, where: str, notes: list[str]) -
         link = at + 2 + abs(name_length)  # position of the offset to the next record
         if link + 4 > len(section):
             raise damaged(
-                "a parameter record is cut off",
+                "a record of the parameter section is truncated",
                 f"{where}, byte {begin + at}",
                 code="truncated",
                 part="record",

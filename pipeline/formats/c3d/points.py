@@ -77,7 +77,7 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
 
 
 def _unit(parameters: Parameters, where: str, units: str | None, notes: list[str]) -> tuple[str, float, bool]:
-    """Return the unit of length (option or file), its size in millimetres, and True if the unit is only assumed.
+    """Return the unit of length from the option or the file, its size in millimetres, and True if it is only assumed.
 
     Millimetres are assumed if neither the option nor the file states a unit.
     """
@@ -113,7 +113,7 @@ def _segments(
 
 
 def _scale(header: Header, parameters: Parameters, where: str) -> float:
-    """Return the length of one step of integer coordinates, in the file's unit; negative for files with floats."""
+    """Return the length of one integer step of a coordinate, in the file's unit; negative if the file stores floats."""
     scale = (parameters.numbers("POINT:SCALE") or [header.scale])[0]
     agrees = math.isfinite(header.scale) and (header.scale < 0) == (scale < 0)
     if agrees and scale > 0:

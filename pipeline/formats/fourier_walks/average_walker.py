@@ -38,7 +38,7 @@ AXES = {
     "nervous": "nervousaxis",
     "happy": "happyaxis",
 }
-"""Name of each axis, and the name of its array in BMWalker.js."""
+"""Name of each attribute axis, and the name of the axis's array in BMWalker.js."""
 
 SOURCE = (
     "BMWalker.js 0.6.1, CC BY-NC-SA 4.0, copyright 2022 Tetsunori Nakayama and Nikolaus Troje:"
@@ -49,24 +49,24 @@ SOURCE = (
 _AUTHOR = "Nikolaus Troje"
 
 MAX_WORDS = 400
-"""Largest number of characters of the source that a file states; further characters are dropped."""
+"""Largest number of characters that are kept of a file's statement of its source."""
 
 OTHER_JSON = "run `reconstruct` on keypoints of a video; save 3D points as CSV: frame, time, joint, x, y, z"
 """Advice for a JSON file that is not an average walker."""
 
 MAX_VALUE = 6.0
-"""Largest absolute value on an axis; BMWalker.js has the same bound."""
+"""Largest absolute value on an attribute axis; BMWalker.js has the same bound."""
 
 _MAT_JOINTS = (
     "head", "right_wrist", "right_elbow", "right_shoulder", "sternum", "left_shoulder", "left_elbow", "left_wrist",
     "right_ankle", "right_knee", "right_hip", "pelvis", "left_hip", "left_knee", "left_ankle",
 )  # fmt: skip
-"""Order of the joints in the MAT file."""
+"""Order of the joints in MAT files of average walkers."""
 
 _ROWS = 3 * len(WALKER15.joints)
 _COUNT = BLOCKS * (_ROWS + 1)
 _ASSUMED_PERIOD = RATE_HZ
-"""Assumed stride period, frames, if a file states none: one stride per second."""
+"""Stride period, frames, that is assumed if a file states none: one stride per second."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ class AverageWalker:
     source: str = ""
 
     def at(self, **values: float) -> FourierWalk:
-        """Return the walker with the given values on its axes, each from -6 to 6.
+        """Return the walker with the given values, each from -6 to 6, on the attribute axes.
 
         Raises
         ------
@@ -190,7 +190,7 @@ def read_mat(path: Path, *, frame_rate_hz: float | None = None, units: str | Non
 
 
 def _of_javascript(data: bytes, where: str) -> tuple[dict[str, np.ndarray], str]:
-    """Return the arrays of the average walker and its axes from the text of BMWalker.js, and its source and licence."""
+    """Return the arrays of the average walker and its axes, and source and licence, from the text of BMWalker.js."""
     text = data.decode("utf-8", "replace")
     named = {"mean": r"meanwalker\[0\]", **{axis: rf"{name}(?:\[0\])?" for axis, name in AXES.items()}}
     blocks = {}
@@ -233,7 +233,7 @@ def _no_walker(where: str, name: str, advice: str = "") -> Exception:
 
 
 def _blocks(numbers: np.ndarray, name: str, where: str) -> np.ndarray:
-    """Reshape the numbers of an array to five blocks (5, 46)."""
+    """Return the numbers of a walker's array as five blocks of coefficients (5, 46), after checking their count."""
     if numbers.size != _COUNT or not np.isfinite(numbers).all():
         raise damaged(
             f"the array of {name} cannot be used",

@@ -17,14 +17,14 @@ from pipeline.skeleton.recorded import MotionCapture
 from pipeline.validation import InvalidInput, require_range, require_shape
 
 _COLUMNS = [0, 2, 1, 4, 3]
-"""Column indices that put the file's columns into the order p0, p1, q1, p2, q2, and back (self-inverse)."""
+"""Column indices of an ``mm`` file in the order p0, p1, q1, p2, q2; the same indices restore the file's order."""
 
 MAX_ROWS = 1000
 """Largest number of rows of an ``mm`` file; a file with fifteen markers has 46 rows."""
 
 
 def load(path: Path) -> tuple[FourierWalk, list[str]]:
-    """Read the walk in an ``mm`` file, and return it with notes on the file's text.
+    """Return the walk in an ``mm`` file, and the notes on the file's text.
 
     Raises
     ------
@@ -108,6 +108,8 @@ def write(path: Path, walk: FourierWalk) -> None:
     by_axis = coefficients.swapaxes(1, 2).reshape(BLOCKS, -1)[_COLUMNS]
     rows = np.concatenate([by_axis, last], axis=1).T
     if not (np.abs(rows) <= LARGEST).all():
-        raise InvalidInput("a coefficient is too large to be written", path.name, code="not_number")
+        raise InvalidInput(
+            "a Fourier coefficient of the walk is too large to be written", path.name, code="not_number"
+        )
     lines = [" ".join(f"{value:.6f}" for value in row) for row in rows.tolist()]
     path.write_text("\n".join([*lines, ""]), encoding="utf-8")

@@ -16,7 +16,7 @@ from pipeline.skeleton import WALKER15
 from pipeline.skeleton.recorded import MotionCapture
 
 RATE_HZ = 120.0
-"""Frame rate, Hz, of the frames in which stride periods and speeds are stated."""
+"""Frame rate, Hz, of the frames in which files state stride periods (frames) and speeds (mm per frame)."""
 
 BLOCKS = 5
 """Number of Fourier coefficients: the mean, and a sine and a cosine for each of two harmonics."""
@@ -28,7 +28,7 @@ The recording has whole strides, from which the Fourier coefficients can be reco
 """
 
 SPACING_MM = 1000.0
-"""Distance between neighbouring people in a recording; without it, all would walk at the same position."""
+"""Distance, mm, between neighbouring people in a recording; at distance 0, all would walk at the same position."""
 
 PERIODS = (12.0, 1200.0)
 """Shortest and longest stride period, in frames (10 Hz and 0.1 Hz)."""
@@ -62,7 +62,7 @@ class FourierWalk:
 
     @property
     def speed_mm_s(self) -> float:
-        """Walking speed over the ground, mm/s; 0 if it is not known."""
+        """Walking speed over the ground, mm/s; 0 if the speed is not known."""
         return float(np.nan_to_num(self.speed * RATE_HZ))
 
     def positions(self, times_s: np.ndarray) -> np.ndarray:
@@ -87,7 +87,7 @@ def from_world(vectors: np.ndarray) -> np.ndarray:
 
 
 def from_blocks(blocks: np.ndarray, where: str) -> FourierWalk:
-    """Build a walk from five blocks (5, 3 P + 1): all x, all y, all z, and one further number.
+    """Build a walk from five blocks (5, 3 P + 1), each with all x, all y, all z, and one further number.
 
     The last numbers of the first three blocks are period, size and speed.
 
@@ -97,7 +97,9 @@ def from_blocks(blocks: np.ndarray, where: str) -> FourierWalk:
         If a number cannot be used, or the period is outside the range of human strides.
     """
     if not (np.abs(blocks) <= LARGEST).all():
-        raise damaged("a coefficient is not a usable number", where, code="not_number")
+        raise damaged(
+            "a Fourier coefficient is not a finite number, or is too large", where, code="not_number"
+        )
     period, size, speed = blocks[:3, -1]
     if not PERIODS[0] <= period <= PERIODS[1]:
         raise damaged(
@@ -113,7 +115,7 @@ def from_blocks(blocks: np.ndarray, where: str) -> FourierWalk:
 
 
 def marker_names(count: int) -> tuple[str, ...]:
-    """Return names for markers, which the files do not store; fifteen markers are the joints of the papers."""
+    """Return names for markers, because files store none; fifteen markers are the joints of the papers."""
     joints = WALKER15.joints
     return tuple(joints) if count == len(joints) else tuple(f"marker_{k + 1}" for k in range(count))
 

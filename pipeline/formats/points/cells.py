@@ -13,12 +13,12 @@ from pipeline.formats.text import read_numbers
 from pipeline.validation import require_range
 
 NOTHING = re.compile(r"|#?n/?a|none|null|missing|--?|-?nan\(.*\)|-?1[.,]#\w+|#[a-z/0]+[!?]", re.IGNORECASE)
-"""Pattern of a missing value (in addition to NaN) and of a value that a spreadsheet could not compute."""
+"""Pattern of a cell that marks a missing value (in addition to NaN) or a value that a spreadsheet could not compute."""
 
 
 @dataclass
 class Rows:
-    """Rows of a table, split into cells.
+    """Rows of a table of points, split into cells.
 
     Attributes
     ----------
@@ -49,11 +49,11 @@ class Rows:
         return f"{self.where}, line {self.lines[row]}"
 
     def texts(self, column: int) -> list[str]:
-        """Return the cells of a column (R,) as text without surrounding blanks."""
+        """Return the cells of a table column (R,) as text without surrounding blanks."""
         return [row[column].strip() for row in self.cells]
 
     def numbers(self, columns: Sequence[int]) -> np.ndarray:
-        """Return columns as float64 (R, C); NaN if a cell is empty, marked as missing, or beyond the end of its row."""
+        """Return columns of a table as float64 (R, C); NaN for cells that are empty, marked as missing or cut off."""
         words = [row[c].strip() if c < len(row) else "" for row in self.cells for c in columns]
         if self.decimal_comma:
             words = [word.replace(",", ".") for word in words]
@@ -67,7 +67,7 @@ class Rows:
         return read_numbers(words, location).reshape(len(self.cells), len(columns))
 
     def column(self, column: int) -> np.ndarray:
-        """Return a column as numbers (R,).  Raises InvalidInput if a number is missing."""
+        """Return a column of a table as numbers (R,).  Raises InvalidInput if a number is missing."""
         numbers = self.numbers([column])[:, 0]
         if np.isnan(numbers).any():
             location = self.place(int(np.isnan(numbers).argmax()))

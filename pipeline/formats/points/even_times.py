@@ -17,24 +17,24 @@ MAX_INTERVAL = 2.5
 Longer intervals are gaps.
 """
 MAX_STEPS = 10_000
-"""Largest number of intervals between rows that are used to estimate the frame rate."""
+"""Largest number of intervals between rows from which the frame rate is estimated."""
 MAX_SPACING = 8
-"""Largest distance, in rows, between two rows whose time difference is used to estimate the frame rate."""
+"""Largest distance, in rows, between two rows whose time difference contributes to the estimated frame rate."""
 MAX_ROW_FRAMES = 10
-"""Largest typical number of frames between rows with non-uniform times; above it, the declared rate is rejected."""
+"""Median number of frames between unevenly timed rows above which the declared frame rate is rejected."""
 RATE_TOLERANCE = 0.01
-"""Largest relative difference between the frame rate of the times and the declared frame rate."""
+"""Largest accepted relative difference between the frame rate computed from times and the declared frame rate."""
 
 _UNITS = {"milliseconds": 1e3, "microseconds": 1e6, "ticks of 100 ns": 1e7, "nanoseconds": 1e9}
 MAX_STEP = {"milliseconds": 1.5e3, "microseconds": 5e4, "ticks of 100 ns": 2e6, "nanoseconds": np.inf}
-"""Longest interval between frames for each unit of time, in that unit.
+"""Longest plausible interval between frames for each unit of time, in that unit.
 
 Times with longer intervals are in a smaller unit.
 """
 
 
 def unit_of_times(step: float, declared_hz: float | None = None) -> tuple[str, float] | None:
-    """Return the unit of times that are not in seconds, and the number of units per second; None if ambiguous.
+    """Return the unit of times that are not in seconds, and the number of units per second; None if it is ambiguous.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def at_equal_intervals(
     location: Callable[[int], str],
     notes: list[str],
 ) -> tuple[np.ndarray, float]:
-    """Return frames (T', P, 3) at equal intervals, and their rate, Hz; changes are noted.
+    """Resample positions to frames (T', P, 3) at equal intervals, and return them with the frame rate, Hz.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def at_equal_intervals(
 def frames_of(
     times_s: np.ndarray, declared_hz: float | None, location: Callable[[int], str], notes: list[str]
 ) -> tuple[np.ndarray, float]:
-    """Return the frame position (T,) of each row, from 0, and the frame rate, Hz.
+    """Return the frame number (T,) of each row, counted from 0 and possibly fractional, and the frame rate, Hz.
 
     Positions are fractional if the times are non-uniform.
 
@@ -174,19 +174,21 @@ def frames_of(
         rate = _whole(span / duration if even else rate, doubt)
     if even:
         return np.append(0.0, np.cumsum(frames)), rate
-    uneven = f"The times are not evenly spaced ({steps.min():.4g} to {steps.max():.4g} s)"
-    notes.append(Remark(f"{uneven}; they are resampled to {rate:.6g} Hz.", "times"))
+    spread = f"{steps.min():.4g} to {steps.max():.4g} s"
+    notes.append(
+        Remark(f"The times are not evenly spaced ({spread}); they are resampled to {rate:.6g} Hz.", "times")
+    )
     return (times_s - times_s[0]) * rate, rate
 
 
 def _whole_frames(steps: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return time steps (T,), s, rounded to whole frames (T,), at least 1, and the absolute error (T,) in frames."""
+    """Round time steps (T,), s, to whole frames, at least 1; return frames (T,) and rounding errors (T,) in frames."""
     frames = np.maximum(np.round(steps * rate), 1)
     return frames, np.abs(steps * rate - frames)
 
 
 def _allowance(rounding: float, rate: float) -> float:
-    """Return the largest rounding error, in frames, at which times count as uniform."""
+    """Return the largest rounding error, in frames, up to which times count as uniform."""
     return 0.02 + 1.1 * rounding * rate
 
 
@@ -226,7 +228,7 @@ def _rate(times_s: np.ndarray, rounding: float) -> float:
 def _in_seconds(
     times: np.ndarray, declared_hz: float | None, location: Callable[[int], str], notes: list[str]
 ) -> np.ndarray:
-    """Return the times in seconds, after checking that they increase."""
+    """Return times in seconds, after checking that the times increase."""
     steps = np.diff(times)
     wrong = np.flatnonzero(~(steps > 0)) if np.isfinite(times[0]) else np.array([-1])
     if wrong.size:
@@ -255,7 +257,7 @@ def _in_seconds(
 
 
 def _rounding(times_s: np.ndarray) -> float:
-    """Return the value of the last decimal digit of times, s; 0 if they have more than six decimals."""
+    """Return the value of the last decimal digit of printed times, s; 0 if the times have more than six decimals."""
     for decimals in range(1, 7):
         if np.abs(np.round(times_s, decimals) - times_s).max() < 1e-9 * max(1.0, np.abs(times_s).max()):
             return float(10.0**-decimals)
@@ -263,7 +265,7 @@ def _rounding(times_s: np.ndarray) -> float:
 
 
 def _whole(exact: float, doubt: float) -> float:
-    """Round a rate to whole hertz, or else to tenths, if the change is within the relative uncertainty `doubt`."""
+    """Round a frame rate to whole hertz, or else to tenths, if the relative change is at most `doubt`."""
     for candidate in (float(round(exact)), round(exact, 1)):
         if abs(candidate - exact) <= max(doubt, 1e-9) * exact:
             return candidate

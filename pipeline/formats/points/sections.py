@@ -69,7 +69,7 @@ class _Lines:
             read = csv.reader(io.StringIO(text, newline=""), delimiter=separator)
             self.cells = [[cell.strip() for cell in row] for row in read]
         except csv.Error as error:
-            raise damaged("the quoting is broken", where, code="broken_quotes") from error
+            raise damaged("a cell has unbalanced quotation marks", where, code="broken_quotes") from error
         self.where, self.notes, self.ended = where, notes, text.endswith("\n")
         self.declared = np.nan  # declared number of frames
         if separator != ",":
@@ -91,7 +91,7 @@ class _Lines:
         *,
         zero_is_missing: bool = False,
     ) -> MotionCapture:
-        """Build the recording from the lines that begin at index `first`.
+        """Build the recording from the lines of the table from index `first` on.
 
         `columns` are x, y, z of each point, and `leading` has the column of ``frame`` or ``time``.  Lines may have as
         many cells as the last column needs, or `width` if that is larger.

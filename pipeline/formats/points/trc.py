@@ -27,7 +27,7 @@ from pipeline.validation import harmless
 
 @dataclass(frozen=True)
 class Table:
-    """Content of a TRC file.
+    """Header settings, marker names, times and positions of a TRC file.
 
     Attributes
     ----------
@@ -215,7 +215,7 @@ def _settings(keys: list[str], values: list[str]) -> dict[str, str]:
 
 
 def _rate(settings: dict[str, str], where: str) -> float | None:
-    """Return the frame rate, Hz, that the header declares; None if it is missing or not above 0."""
+    """Return the frame rate, Hz, that the header declares; None if the rate is missing or not above 0."""
     written = settings.get("datarate", "")
     value = number(written.replace(",", ".")) if written else 0.0
     if not abs(value) < LARGEST:
@@ -308,5 +308,5 @@ def _markers(
 
 
 def _width(cells: list[str]) -> int:
-    """Return the number of cells up to and including the last cell that is not blank."""
+    """Return the number of cells of a line up to its last cell that is not blank."""
     return max((k for k, cell in enumerate(cells, start=1) if cell), default=0)

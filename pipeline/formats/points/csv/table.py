@@ -23,7 +23,7 @@ _DIGITS = {
     "ms": 3, "msec": 3, "millis": 3, "milliseconds": 3, "us": 6, "µs": 6, "usec": 6, "microseconds": 6, "ns": 9,
     "nanoseconds": 9,
 }  # fmt: skip
-"""Titles of time columns in fractions of a second: ending of the title, and decimal digits of its unit in seconds."""
+"""Endings of titles of time columns in fractions of a second, each with the number of decimal digits: 3 for ms."""
 _ROLES = {
     "time": {
         *(
@@ -47,15 +47,15 @@ _ROLES = {
     "unit": {"unit", "units"},
     "person": {"person", "personid", "subject", "subjectid", "track", "trackid"},
 }
-"""Titles of columns other than coordinates, by role; in lower case, without blanks and underscores."""
+"""Titles, by the role of the column, of columns without coordinates; in lower case, without blanks and underscores."""
 UNSURE = re.compile(
     r"item|tempo|bone|(?:joint|.*point|landmark|marker|frame|person|subject|track)_?(?:id|idx|index|type|no|num.*)"
 )
-"""Pattern of titles whose meaning is uncertain: such a column is ignored if another one has the same role."""
+"""Pattern of titles whose meaning is uncertain; such a column is ignored if another column has the same role."""
 _MAX_LINES_ABOVE = 50
-"""Largest number of text lines above the header."""
+"""Largest number of lines of text above the header of a table."""
 _SETTING = re.compile(r"\W*([A-Za-z][\w ]*?) *[:=\t;,][:=\s;,]*([^\s;]+)")
-"""Pattern of a setting in a line above the header, such as ``Frames: 3``: its name and value."""
+"""Pattern of a setting, such as ``Frames: 3``, in a line above the header: name and value."""
 _ZONE = re.compile(r"(Z|[+-]\d\d:?\d\d)$")
 _QUOTED = re.compile(r"(?<=[(\s])'([^']*)'(?=[,)])")
 _BRACKETED = re.compile(r"[ _.]?[(\[] *(\w+) *[)\]](?=$|[ _.]?[(\[])")
@@ -64,7 +64,7 @@ _SMOOTHED = re.compile(
     r"(?![^\W_])[\W_]*",
     re.IGNORECASE,
 )
-"""Pattern of words in a title that mean raw or smoothed; the group matches only words for smoothed."""
+"""Pattern of words in a title that mean raw or smoothed data; the group matches only the words for smoothed data."""
 _POSITION = re.compile(r"[ _.](position|pos)$", re.IGNORECASE)
 _ROTATION = re.compile(r"[ _.](rotation|rot|euler)$", re.IGNORECASE)
 _WAYS = (
@@ -73,7 +73,7 @@ _WAYS = (
     r"(?P<point>.+?)(?:[ _.:-]t?)?(?P<axis>{0})",  # headX, head_tx
     r"(?P<point>.+)[ _.:-](?P<axis>[123])",  # head_1
 )
-"""Patterns of a point and its axis in a title, in the order in which they are tried."""
+"""Patterns of a point's name and an axis in a column title, in the order in which they are tried."""
 
 
 def coordinates(
@@ -122,7 +122,7 @@ def coordinates(
 
 
 def role_of(title: str) -> tuple[str, str]:
-    """Return a column's role and its title in lower case; the role of a coordinate is an empty string."""
+    """Return a column's role, such as ``time``, and its title in lower case; the role of a coordinate is empty."""
     plain = _BRACKETED.sub(r"_\1", title).lower().replace(" ", "_").lstrip("_%#").rstrip("._#")
     together = plain.replace("_", "")
     return next((role for role, titles in _ROLES.items() if together in titles), ""), plain
@@ -162,7 +162,9 @@ def read_table(path: Path, titles: str = "") -> Rows:
                 lines.append(reader.line_num + begin)
     except csv.Error as error:
         raise damaged(
-            "the quoting is broken", f"{where}, line {reader.line_num + begin}", code="broken_quotes"
+            "a cell has unbalanced quotation marks",
+            f"{where}, line {reader.line_num + begin}",
+            code="broken_quotes",
         ) from error
     if rows and len(rows[0]) == 4 and not _holds_numbers(rows[0][:1]) and _holds_numbers(rows[0][1:]):
         rows, lines = _numbered(rows), [0, *lines]
@@ -198,7 +200,7 @@ def read_table(path: Path, titles: str = "") -> Rows:
 
 
 def _without_raw(header: list[str], notes: list[str]) -> list[str]:
-    """Remove the words for smoothed and raw from titles.
+    """Remove the words for raw and smoothed data from column titles.
 
     The titles of raw columns that also exist smoothed become empty.
     """
@@ -215,7 +217,7 @@ def _without_raw(header: list[str], notes: list[str]) -> list[str]:
 
 
 def _numbered(rows: list[list[str]]) -> list[list[str]]:
-    """Return header and rows of a table that has a name and three numbers per row, with frame numbers added.
+    """Add a header and frame numbers to a table whose rows contain a point's name and three numbers.
 
     A repeated name begins a new frame.
     """
@@ -249,7 +251,7 @@ def _begin(lines: list[str]) -> tuple[int, int, str]:
 
 
 def _joined(rows: list[list[str]]) -> list[str]:
-    """Join the lines of titles that span several lines.
+    """Join column titles that span several lines.
 
     Titles above the last line extend to the right.  Blank titles at the end are dropped.
     """
@@ -271,17 +273,17 @@ def _holds_numbers(cells: list[str]) -> bool:
 
 @dataclass(frozen=True)
 class Columns:
-    """Meaning of the columns of a table."""
+    """Roles of the columns of a table of points, and columns of the coordinates."""
 
     roles: dict[str, int]
-    """Column index of each role other than coordinate: ``time``, ``frame``, ``point``, ``unit``, ``person``."""
+    """Column index of each role, except coordinates: ``time``, ``frame``, ``point``, ``unit``, ``person``."""
     axes: dict[str, dict[str, int]]
     """Column indices of x, y, z for each point; a long table has one point with the name ``""``."""
     units: set[str]
 
 
 def read_header(table: Rows, *, rate_is_given: bool = False) -> Columns:
-    """Identify the meaning of the columns from their titles, and add a note about columns that are not read.
+    """Identify the roles of columns from their titles, and add a note about columns that are not read.
 
     Parameters
     ----------
@@ -296,7 +298,7 @@ def read_header(table: Rows, *, rate_is_given: bool = False) -> Columns:
         same content.
     """
     columns, location = Columns({}, {}, set()), f"{table.where}, line 1"
-    duplicate, beginning = "two columns have the same content", ", ".join(table.header[:8])
+    duplicate, beginning = "two columns have the same meaning", ", ".join(table.header[:8])
     titled = enumerate(map(role_of, table.header))
     for column, (role, title) in sorted(titled, key=lambda entry: bool(UNSURE.fullmatch(entry[1][1]))):
         if role and not (role in columns.roles and UNSURE.fullmatch(title)):
@@ -373,7 +375,7 @@ def read_header(table: Rows, *, rate_is_given: bool = False) -> Columns:
 
 
 def _drop_rotations(columns: Columns, unread: list[str], header: list[str]) -> None:
-    """Drop rotation columns and remove the word for position from names, if the table labels both kinds."""
+    """If a table labels rotations and positions, drop rotation columns and remove the word for position from names."""
     positions = {name: _POSITION.sub("", name) for name in columns.axes if _POSITION.search(name)}
     if len(set(positions.values())) < len(positions) or set(positions.values()) & set(columns.axes):
         return
@@ -418,7 +420,7 @@ def set_to_seconds(table: Rows, column: int) -> None:
 
 
 def unit_of_length(table: Rows, columns: Columns, otherwise: str) -> str:
-    """Return the unit of length from the header or from a column of units; `otherwise` if neither states it.
+    """Return the unit of length that the header or a column of units states; `otherwise` if the table states none.
 
     Raises
     ------
