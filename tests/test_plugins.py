@@ -319,7 +319,7 @@ def test_a_plug_in_takes_the_place_of_no_command(
 ) -> None:
     installed(monkeypatch, commands={"verify": f"{__name__}:stop"})
     answer = say("verify", "anything")
-    words = "more: the plug-in has a command 'verify', but another command has this name\n"
+    words = "more: the plug-in adds a command 'verify', but another command has this name\n"
     assert (answer.status, answer.err) == (1, words)
 
 
