@@ -300,7 +300,7 @@ def test_a_plug_in_that_fails_to_import_is_one_sentence(
     assert (answer.status, len(answer.err.splitlines())) == (0, 1)
     with rejects("unknown_choice", "sweep.methods", value="knn") as rejection:
         compose(["experiment=zhang2007_fig5", "sweep.methods=[map,knn]"]).validate()
-    assert "loading failed for the plug-in broken" in str(rejection.value)
+    assert "the plug-in broken could not be loaded" in str(rejection.value)
 
 
 def installed(monkeypatch: pytest.MonkeyPatch, **added: object) -> None:

@@ -1195,10 +1195,10 @@ def test_the_content_of_an_artefact_has_sixteen_digits() -> None:
 
 
 @pytest.mark.parametrize(
-    ("hashes", "newer", "told"), [(True, False, True), (False, True, True), (False, False, False)]
+    ("hashes", "newer", "is_reported"), [(True, False, True), (False, True, True), (False, False, False)]
 )
 def test_a_changed_file_of_the_same_size_is_found_by_its_hash_or_its_time(
-    tmp_path: Path, hashes: bool, newer: bool, told: bool
+    tmp_path: Path, hashes: bool, newer: bool, is_reported: bool
 ) -> None:
     path = tmp_path / "a.txt"
     path.write_text("before")
@@ -1207,7 +1207,9 @@ def test_a_changed_file_of_the_same_size_is_found_by_its_hash_or_its_time(
     assert complaints_about(tmp_path) == []
     path.write_text("after!")
     os.utime(path, ns=(sealed + newer, sealed + newer))
-    assert complaints_about(tmp_path, hashes=hashes) == (["the sha256 of a.txt differs"] if told else [])
+    assert complaints_about(tmp_path, hashes=hashes) == (
+        ["the sha256 of a.txt differs"] if is_reported else []
+    )
 
 
 def test_an_existing_file_is_not_replaced_unless_it_is_asked_for(tmp_path: Path) -> None:
