@@ -350,11 +350,11 @@ def test_a_duration_is_not_negative() -> None:
 
 @pytest.mark.parametrize("main_thread", [True, False])
 def test_signals_interrupt_the_main_thread_alone_and_are_given_back(main_thread: bool) -> None:
-    heard: list[str] = []
+    handlers: list[str] = []
 
     def run() -> None:
         with main._interrupted_by_signals():
-            heard.append("changed" if signal.getsignal(signal.SIGTERM) is not before else "kept")
+            handlers.append("changed" if signal.getsignal(signal.SIGTERM) is not before else "kept")
 
     before = signal.getsignal(signal.SIGTERM)
     if main_thread:
@@ -365,7 +365,7 @@ def test_signals_interrupt_the_main_thread_alone_and_are_given_back(main_thread:
         thread = threading.Thread(target=run)
         thread.start()
         thread.join()
-    assert heard == ["changed" if main_thread else "kept"]
+    assert handlers == ["changed" if main_thread else "kept"]
     assert signal.getsignal(signal.SIGTERM) is before
 
 
@@ -373,16 +373,16 @@ def test_signals_interrupt_the_main_thread_alone_and_are_given_back(main_thread:
 def test_a_figure_without_a_folder_is_made_in_that_of_its_options(
     named: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    made: list[Path] = []
+    folders: list[Path] = []
 
     def make_figures(jobs: list[tuple[Any, Path]], *, console: Console) -> list[str]:
-        made.extend(folder for _, folder in jobs)
+        folders.extend(folder for _, folder in jobs)
         return ["a", "b"]
 
     monkeypatch.setattr("pipeline.cli.figures.make_figures", make_figures)
     overrides = ["experiment=zhang2007_fig5", "scale=smoke", f"results={tmp_path}"]
     assert main._make_one(compose(overrides), overrides, tmp_path / "here" if named else None) == "a"
-    assert made == [tmp_path / ("here" if named else "synthetic/smoke/zhang2007_fig5")]
+    assert folders == [tmp_path / ("here" if named else "synthetic/smoke/zhang2007_fig5")]
 
 
 def test_a_display_counts_figures_and_hides_those_that_ended() -> None:
@@ -410,9 +410,9 @@ def test_arguments_are_split_by_a_condition_in_their_order() -> None:
 
 @pytest.mark.parametrize("own", [True, False])
 def test_the_folder_of_a_preset_is_its_own(own: bool, tmp_path: Path) -> None:
-    one = compose(["experiment=zhang2007_fig5", "scale=smoke", f"results={tmp_path}"])
+    experiment = compose(["experiment=zhang2007_fig5", "scale=smoke", f"results={tmp_path}"])
     folder = tmp_path / "synthetic" / "smoke" / ("zhang2007_fig5" if own else "other")
-    assert main._is_presets_own(one, folder) is own
+    assert main._is_presets_own(experiment, folder) is own
 
 
 @pytest.mark.parametrize(("exists", "called"), [(True, True), (False, False)])
